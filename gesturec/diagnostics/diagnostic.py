@@ -1,0 +1,34 @@
+"""One finding as data; `render` turns it into text, JSON or GitHub annotations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from gesturec.diagnostics.source import Span
+
+Severity = Literal["error", "warning"]
+
+
+@dataclass(frozen=True, slots=True)
+class Related:
+    """A second place that a finding speaks of."""
+
+    message: str
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """What is wrong, where, and what would mend it.
+
+    `rule` is an id of `rules.RULES`, which also gives the severity. `message` is one line, lower
+    case, with the user's own words in backticks; `label` stands under the carets.
+    """
+
+    rule: str
+    message: str
+    span: Span | None
+    label: str = ""
+    help: str | None = None
+    related: tuple[Related, ...] = ()
