@@ -1,0 +1,113 @@
+"""One machine, coded frame by frame by both sides, over all takes.
+
+In: pairs of matched `StateTable`s. Out: a `Coding` a machine: ids of the states on the frames of the truth, the block
+(run of the truth) of every frame, and both sides' runs in each take. The measures in `machines.py` need no more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.score.levels import Ranks, states_of
+from gesturec.score.sequences import Runs, runs_of
+from gesturec.score.tables import UNDECIDED, StateTable
+
+Ints = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+class Matched(NamedTuple):
+    """Two tables of one take, and for each frame of the truth the output's frame (-1: none)."""
+
+    out: StateTable
+    truth: StateTable
+    out_frame: Ints
+    tolerance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Coding:
+    """What both sides say of one machine.
+
+    Attributes
+    ----------
+    out, truth
+        State ids on every frame of the truth, shape (n,); -1 undecided or without a frame.
+    block
+        Run of the truth that the frame belongs to, shape (n,); no run spans takes.
+    runs
+        Per take the runs of (out, truth).
+    within_one
+        Whether both are decided and no joint is further than one level apart; None without levels.
+    """
+
+    name: str
+    out: Ints
+    truth: Ints
+    block: Ints
+    runs: tuple[tuple[Runs, Runs], ...]
+    within_one: Mask | None
+
+
+def code_machine(name: str, takes: Sequence[Matched], ranks: Ranks | None) -> Coding:
+    """Put the states of one machine to ids and count its runs."""
+    ids = {UNDECIDED: -1}
+    outs, truths, runs = [], [], []
+    for take in takes:
+        whole = _ids(states_of(take.out, name), ids)
+        truth = _ids(states_of(take.truth, name), ids)
+        outs.append(np.where(take.out_frame >= 0, whole[take.out_frame], -1) if len(whole) else np.full(len(truth), -1))
+        truths.append(truth)
+        spanned = _spanned(take)
+        runs.append((runs_of(whole[spanned], take.out.time[spanned]), runs_of(truth, take.truth.time)))
+    out, truth = np.concatenate(outs), np.concatenate(truths)
+    within = None if ranks is None else _within_one(out, truth, _rank_table(ids, ranks))
+    return Coding(name, out, truth, blocks_of(truths), tuple(runs), within)
+
+
+def _ids(names: Sequence[str], ids: dict[str, int]) -> Ints:
+    """Ids of names; new names get the next id in `ids`."""
+    return np.array([ids.setdefault(name, len(ids) - 1) for name in names], dtype=np.int64)
+
+
+def _spanned(take: Matched) -> Mask:
+    """Frames of the output that lie within the truth's time."""
+    time, truth = take.out.time, take.truth.time
+    if not len(truth):
+        return np.zeros(len(time), dtype=bool)
+    inside: Mask = (time >= truth[0] - take.tolerance) & (time <= truth[-1] + take.tolerance)
+    return inside
+
+
+def blocks_of(truths: Sequence[Ints]) -> Ints:
+    """Numbers of the runs, each take beginning a new one; the concatenation of `truths`."""
+    starts = [np.concatenate([[True], np.diff(truth) != 0]) for truth in truths if len(truth)]
+    return np.cumsum(np.concatenate(starts)) - 1 if starts else np.zeros(0, dtype=np.int64)
+
+
+def joint_truth(codings: Sequence[Coding], lengths: Sequence[int]) -> list[Ints]:
+    """Ids of the whole body's true state, per take: the tuple of its machines' states."""
+    rows = np.stack([coding.truth for coding in codings], axis=1)
+    ids = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+    return [np.asarray(part) for part in np.split(ids, np.cumsum(lengths)[:-1])]
+
+
+def _rank_table(ids: dict[str, int], ranks: Ranks) -> Ints | None:
+    """Ranks by state id, shape (n_state, n_joint); None if a state in the files has no ranks."""
+    names = [name for name in ids if name != UNDECIDED]
+    if not names or any(name not in ranks for name in names):
+        return None
+    return np.array([ranks[name] for name in names], dtype=np.int64).reshape(len(names), -1)
+
+
+def _within_one(out: Ints, truth: Ints, table: Ints | None) -> Mask | None:
+    if table is None:
+        return None
+    apart = np.abs(table[out] - table[truth]).max(axis=1, initial=0)
+    within: Mask = (out >= 0) & (truth >= 0) & (apart <= 1)
+    return within
