@@ -30,6 +30,7 @@ JOINT_TYPES: Final = ("hinge", "slide")
 VALUE_SOURCES: Final = ("quantised", "coupled", "fixed", "keyed")
 STATE_KINDS: Final = ("grid", "states", "cycle", "path")
 STEP_KINDS: Final = ("adjacent", "single", "any")
+RULE_KINDS: Final = ("forbid", "allow", "prefer")
 
 COLUMNS: Final = (
     # limbs
@@ -73,6 +74,8 @@ COLUMNS: Final = (
     Column("machine_kind", "i4", ("n_machine",), "index into STATE_KINDS", "4"),
     Column("machine_step", "i4", ("n_machine",), "index into STEP_KINDS", "3"),
     Column("machine_tick", "f8", ("n_machine",), "seconds a step; NaN: the session's period", finite=False),
+    Column("machine_shortest", "f8", ("n_machine",), "least time round its cycle, s; else NaN", finite=False),
+    Column("machine_longest", "f8", ("n_machine",), "longest expected time, s; inf unbounded; else NaN", finite=False),
     Column("machine_parent", "i4", ("n_machine",), "segment in whose frame the token table is", "n_segment"),
     Column("machine_joint_start", "i4", ("n_machine",), "first of its joints"),
     Column("machine_joint_count", "i4", ("n_machine",), "all joints of its limbs, in chain order"),
@@ -94,16 +97,17 @@ COLUMNS: Final = (
     Column("state_angle", "f8", ("n_state_angle",), "joint value at the state's middle, rad or m"),
     Column("state_low", "f8", ("n_state_angle",), "lower edge of the state's cell"),
     Column("state_high", "f8", ("n_state_angle",), "upper edge of the state's cell"),
-    Column("state_token", "f8", ("n_state_token",), "template: token at the state's middle, frame of machine_parent, m"),
+    Column("state_token", "f8", ("n_state_token",), "template: at the state's middle, frame of machine_parent, m"),
     Column("state_mean", "f8", ("n_state_token",), "token mean over the state's cell, same frame, m"),
     Column("state_covariance", "f8", ("n_state_covariance",), "token covariance over the cell, m^2"),
+    Column("state_at", "f8", ("n_state",), "place on its machine's cycle or path, 0 to 1; NaN beside it", finite=False),
     Column("state_cost", "f8", ("n_state",), "cost of being in the state"),
     # transitions: successors of each state, in rows, targets rising; local ids
     Column("transition_start", "i8", ("n_state_row",), "row of state s: from [s] to [s + 1]; n_state + 1 entries"),
     Column("transition_target", "i4", ("n_transition",), "successor, local to the machine"),
     Column("transition_cost", "f8", ("n_transition",), "cost of the move"),
     # truths about states: pose p holds in machine m's states where value is 1; 2 is unknown
-    Column("pose_program", "i4", ("n_pose",), "program; -1: the pose is the conjunction of its state sets", "n_program", -1),
+    Column("pose_program", "i4", ("n_pose",), "program; -1: its state sets say it all", "n_program", -1),
     Column("pose_state", "u1", ("n_pose", "n_state"), "1 allowed, 0 not, 2 unknown, for each machine's states", "3"),
     # relations across machines: cost table over the product of their states, the first slowest
     Column("relation_machine_start", "i4", ("n_relation",), "first of its machines"),
@@ -111,6 +115,10 @@ COLUMNS: Final = (
     Column("relation_machine", "i4", ("n_relation_machine",), "machine", "n_machine"),
     Column("relation_cost_start", "i8", ("n_relation",), "start of its table"),
     Column("relation_cost", "f8", ("n_relation_cost",), "cost; inf: forbidden", finite=False),
+    # rules on one step that name several machines
+    Column("rule_kind", "i4", ("n_rule",), "index into RULE_KINDS", "3"),
+    Column("rule_program", "i4", ("n_rule",), "program over the step's `prev_` and next values", "n_program"),
+    Column("rule_cost", "f8", ("n_rule",), "cost of a `prefer` that does not hold; else 0"),
     # programs: expressions in postfix form
     Column("program_start", "i4", ("n_program",), "first operation"),
     Column("program_count", "i4", ("n_program",), "operations"),

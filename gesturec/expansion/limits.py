@@ -1,0 +1,63 @@
+"""How large expansion may get, and the findings that refuse what is larger.
+
+Every count is known, as a Python integer, before anything of its size is allocated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.source import Span
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What a compile may take; each bound is named in the finding that refuses to go beyond it.
+
+    Attributes
+    ----------
+    max_states
+        States of one machine (`--max-states`).
+    max_combinations
+        Combinations of levels of one machine that constraints are asked about: some ten seconds' work.
+    max_transitions
+        Arcs of one machine.
+    max_relation
+        Cells of one relation's table over the product of its machines' states.
+    memory
+        Bytes of all tables of one machine together (`--memory`).
+    """
+
+    max_states: int = 1_000_000
+    max_combinations: int = 1_000_000_000
+    max_transitions: int = 100_000_000
+    max_relation: int = 16_000_000
+    memory: int = 1 << 30
+
+
+DEFAULT_LIMITS: Final = Limits()
+
+
+class Refused(Exception):
+    """Expansion of one thing cannot go on; the finding says why. Caught within expansion."""
+
+    def __init__(self, finding: Diagnostic) -> None:
+        self.finding = finding
+        super().__init__(finding.message)
+
+
+def refuse_count(found: int, limit: int, what: str, option: str, span: Span, factors: Sequence[str] = ()) -> None:
+    """Refuse `found` things beyond `limit`; `factors` say what multiplies to them."""
+    if found <= limit:
+        return
+    raise Refused(
+        Diagnostic(
+            "too-many-states",
+            f"{what}: {found:,} of at most {limit:,}" + (f" ({' × '.join(factors)})" if factors else ""),
+            span,
+            help=f"take fewer levels, constrain fewer joints at once, or raise `{option}`",
+        )
+    )
