@@ -1,13 +1,25 @@
 """Expressions as postfix programs, and the one evaluator that compiler and runtime share.
 
-A program is what an expression of the language becomes once names are ids and units are SI: a list of
-operations on a stack of arrays. Values have shape (n,) or (n, 3) over n configurations that are
-evaluated together; truths are 1, 0 and NaN for unknown (Kleene), and a number without a value is NaN.
+In: a program (what an expression of the language becomes once names are ids and units are SI: operations on
+a stack) and an `Environment`, which knows the values of its leaves. Out: an array over all configurations
+that are evaluated together. Numbers and truths have any shapes that broadcast, vectors one axis of 3 more.
+Truths are 1, 0 and NaN for unknown (Kleene), and a number without a value is NaN.
+
+What is *undefined* (a division by zero, the root of a negative number, the angle of a vector of no length) is
+told apart from what is unknown: a mask goes with each value, and an undefined part counts only where the
+result needs it, so that `b != 0 and a / b > 2` is defined where b is 0.
 """
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gesturec.artifact.operators import APPLY, NEEDS_NUMBERS, NEEDS_VECTORS, Array, Mask, Value
 
 
 class Op(NamedTuple):
@@ -42,7 +54,7 @@ OPS: Final = (
     Op("add", 2, "a + b"),
     Op("subtract", 2, "a - b"),
     Op("multiply", 2, "a * b"),
-    Op("divide", 2, "a / b; by zero: flagged"),
+    Op("divide", 2, "a / b; undefined by zero"),
     Op("power", 2, "a ** b"),
     # comparison and logic
     Op("less", 2, "a < b"),
@@ -75,3 +87,138 @@ OPS: Final = (
     Op("cycle_distance", 2, "the short way round between two places on a cycle"),
     Op("flip", 1, "the vector reflected across axis `argument`"),
 )
+
+CODES: Final = {op.name: code for code, op in enumerate(OPS)}
+TAKES: Final = {op.name: op.takes for op in OPS}
+VECTORS: Final = frozenset(
+    ("token", "local_token", "prev_token", "prev_local_token", "root_axis", "world_axis", "body_rate", "world_rate")
+)
+
+
+class Operation(NamedTuple):
+    """One operation with its argument and constant, as in the columns `op_*`."""
+
+    name: str
+    argument: int
+    value: float
+
+
+class Programs(NamedTuple):
+    """The columns that hold programs."""
+
+    program_start: NDArray[np.int32]
+    program_count: NDArray[np.int32]
+    op_code: NDArray[np.int32]
+    op_argument: NDArray[np.int32]
+    op_value: Array
+
+    @classmethod
+    def of(cls, columns: Mapping[str, NDArray[np.generic]]) -> Programs:
+        """The programs of an artifact."""
+        return cls(*(columns[name] for name in cls._fields))  # type: ignore[arg-type]
+
+    @classmethod
+    def made_of(cls, programs: Sequence[Sequence[tuple[str, int, float]]]) -> Programs:
+        """Programs given as lists of (name of the operation, argument, constant)."""
+        flat = [operation for program in programs for operation in program]
+        counts = np.array([len(program) for program in programs], dtype=np.int32)
+        starts = (np.cumsum(counts) - counts).astype(np.int32)
+        codes = np.array([CODES[name] for name, _, _ in flat], dtype=np.int32)
+        arguments = np.array([argument for _, argument, _ in flat], dtype=np.int32)
+        return cls(starts, counts, codes, arguments, np.array([value for _, _, value in flat], dtype=np.float64))
+
+    def operations(self, program: int) -> list[Operation]:
+        """The operations of one program."""
+        start, count = int(self.program_start[program]), int(self.program_count[program])
+        return [
+            Operation(OPS[self.op_code[i]].name, int(self.op_argument[i]), float(self.op_value[i]))
+            for i in range(start, start + count)
+        ]
+
+
+class Environment(Protocol):
+    """What a program is evaluated in: it gives the values of leaves, and is asked only for those that are needed."""
+
+    def leaf(self, name: str, argument: int) -> ArrayLike:
+        """The value of leaf operation `name` (`OPS`, all but `constant`): a number, truth or vector (..., 3), SI."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointEnvironment:
+    """Joint values and nothing else, as for the programs of coupled joints: by joint, of shapes that broadcast."""
+
+    values: Mapping[int, Array] | Sequence[Array] | Array
+
+    def leaf(self, name: str, argument: int) -> ArrayLike:
+        """The value of a joint; KeyError for any other leaf."""
+        if name != "joint":
+            raise KeyError(f"a program of joints alone asks for `{name}`")
+        return self.values[argument]
+
+
+class LeafEnvironment:
+    """Leaves by functions of their argument, each asked once: tokens are computed only if a program needs them."""
+
+    def __init__(self, leaves: Mapping[str, Callable[[int], ArrayLike]]) -> None:
+        self.leaves = leaves
+        self.known: dict[tuple[str, int], Array] = {}
+
+    def leaf(self, name: str, argument: int) -> ArrayLike:
+        """The value of a leaf; KeyError where there is no function for it."""
+        key = (name, argument)
+        if key not in self.known:
+            self.known[key] = np.asarray(self.leaves[name](argument), dtype=np.float64)
+        return self.known[key]
+
+
+def evaluate(programs: Programs, program: int, environment: Environment) -> Array:
+    """The value of a program in every configuration; NaN where it is unknown or undefined."""
+    return evaluate_checked(programs.operations(program), environment)[0]
+
+
+def evaluate_checked(operations: Sequence[tuple[str, int, float]], environment: Environment) -> tuple[Array, Mask]:
+    """The value of a list of operations, and where it is undefined (None: nowhere)."""
+    stack: list[Value] = []
+    with np.errstate(all="ignore"):
+        for name, argument, constant in operations:
+            takes = TAKES[name]
+            taken = stack[len(stack) - takes :]
+            del stack[len(stack) - takes :]
+            if takes:
+                stack.append(APPLY[name](argument, *taken))
+            elif name == "constant":
+                stack.append(Value(np.float64(constant)))  # type: ignore[arg-type]
+            else:
+                leaf = np.asarray(environment.leaf(name, argument), dtype=np.float64)
+                stack.append(Value(leaf, name in VECTORS))
+    (result,) = stack
+    undefined = result.undefined if result.undefined is not None and result.undefined.any() else None
+    return np.asarray(result.array, dtype=np.float64), undefined
+
+
+def first_undefined(undefined: Mask, shape: tuple[int, ...]) -> int | None:
+    """The first configuration, in flat order of `shape`, in which a value is undefined."""
+    if undefined is None or not undefined.any():
+        return None
+    return int(np.argmax(np.broadcast_to(undefined, shape).ravel()))
+
+
+def leaves_vector(operations: Sequence[tuple[str, int, float]]) -> bool:
+    """Whether operations leave a vector; ValueError where they take what is not there or of the wrong type."""
+    stack: list[bool] = []
+    for name, argument, _ in operations:
+        takes = TAKES[name]
+        if takes > len(stack):
+            raise ValueError(f"`{name}` takes more than there is")
+        taken = stack[len(stack) - takes :]
+        del stack[len(stack) - takes :]
+        if (name in NEEDS_VECTORS and not all(taken)) or (name in NEEDS_NUMBERS and any(taken)):
+            raise ValueError(f"`{name}` takes values of another type")
+        if name in ("component", "flip") and not 0 <= argument < 3:
+            raise ValueError(f"`{name}` names no axis")
+        if name == "select" and (taken[1] or taken[0] != taken[2]):
+            raise ValueError("`select` takes values of another type")
+        stack.append(name in VECTORS or name == "vector" or NEEDS_VECTORS.get(name, any(taken)))
+    if len(stack) != 1:
+        raise ValueError("a program leaves one value")
+    return stack[0]

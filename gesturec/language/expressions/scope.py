@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
-from gesturec.diagnostics.source import Span
 from gesturec.language.expressions.units import Kind, Units
 
 
@@ -193,22 +192,5 @@ class Parameters:
 
     def parameter(self, name: str) -> ParameterValue:
         """One of `values`."""
-        return self.values.get(name) or Unknown(0, f"no parameter is called `${name}`", tuple(self.values))
-
-
-@dataclass(frozen=True, slots=True)
-class Text:
-    """A scalar's text and the place in the file of each of its characters, and of its end.
-
-    `offsets` has one entry more than `text` has characters. See `place.text_of`.
-    """
-
-    text: str
-    span: Span
-    offsets: tuple[int, ...]
-
-    def part(self, start: int, end: int) -> Span:
-        """The span of characters `start` to `end`, at least one character wide where there is one."""
-        first = self.offsets[min(start, len(self.text))]
-        last = self.offsets[end - 1] + 1 if end > start else first
-        return Span(self.span.source, first, max(last, first))
+        value = self.values.get(name)
+        return Unknown(0, f"there is no parameter `${name}`", tuple(self.values)) if value is None else value

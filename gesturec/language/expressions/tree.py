@@ -258,3 +258,44 @@ class Within:
 
 Pattern: TypeAlias = Path | Expression | Moment | Negation | Both | Either | Repeat | Held | Sequence | Within
 Node: TypeAlias = Expr | Interval | Tolerance | Arc | Pattern
+
+LEAVES = (Number, Truth, Path)
+
+
+def children(node: Node) -> tuple[Node, ...]:
+    """The nodes directly inside a node, from left to right."""
+    match node:
+        case Component(vector=inner) | Expression(expression=inner) | Moment(truth=inner):
+            return (inner,)
+        case Call(arguments=inside) | VectorOf(parts=inside) | Compare(operands=inside) | Logic(operands=inside):
+            return inside
+        case Both(operands=inside) | Either(operands=inside) | Sequence(steps=inside):
+            return inside
+        case Fold():
+            return (node.body, *(loop.domain for loop in node.loops))
+        case Unary(operand=inner) | Negation(operand=inner) | Repeat(operand=inner):
+            return (inner,)
+        case Binary():
+            return (node.left, node.right)
+        case Choice():
+            return (node.then, node.test, node.otherwise)
+        case Interval():
+            return tuple(end for end in (node.low, node.high) if end is not None)
+        case Tolerance():
+            return (node.wanted, node.tolerance)
+        case Arc():
+            return (node.source, node.target)
+        case Held() | Within():
+            return (node.operand, node.time)
+        case _:
+            return ()
+
+
+def depth(root: Node) -> int:
+    """How deep a tree is, found without recursion."""
+    deepest, stack = 0, [(root, 1)]
+    while stack:
+        node, level = stack.pop()
+        deepest = max(deepest, level)
+        stack.extend((child, level + 1) for child in children(node))
+    return deepest

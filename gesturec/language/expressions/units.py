@@ -8,9 +8,9 @@ the file's unit of whatever kind it meets, so that its value in SI is known only
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Final, NamedTuple
+
+from gesturec.diagnostics.suggest import nearest
 
 
 class Kind(NamedTuple):
@@ -113,17 +113,7 @@ def near_unit(text: str) -> str | None:
     if slash:
         parts = [part if part in BASE_UNITS else near_unit(part) for part in (above, below)]
         return None if None in parts else "/".join(part for part in parts if part)
-    return nearest(text, BASE_UNITS)
-
-
-def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word nearest to `word`, if one is near enough to suggest."""
-    words = sorted(known)
-    close = get_close_matches(word, words, n=1, cutoff=0.6)
-    if not close:
-        lower = {each.lower(): each for each in words}
-        close = [lower[each] for each in get_close_matches(word.lower(), sorted(lower), n=1, cutoff=0.6)]
-    return close[0] if close else None
+    return nearest(text, (*BASE_UNITS, "deg/s", "mm/s"))
 
 
 class Units(NamedTuple):
@@ -140,7 +130,8 @@ class Units(NamedTuple):
     def name(self, kind: Kind) -> str:
         """The unit of `kind` in this file, as it would be written where it can be."""
         words = zip((self.length, self.angle, "s"), kind, strict=True)
-        above, below = [], []
+        above: list[str] = []
+        below: list[str] = []
         for word, power in words:
             (above if power > 0 else below).extend([word] * abs(power))
         return "*".join(above) + "".join("/" + word for word in below) if above else "Hz" if below == ["s"] else ""

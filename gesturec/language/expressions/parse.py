@@ -1,0 +1,189 @@
+"""Text to syntax tree: lark's LALR parser over `grammar.lark`, built when the first text needs it.
+
+In: a scalar of the document. Out: a tree, or `ExpressionError` with one located finding. Length, brackets
+and depth are bounded before anything recursive sees the tree, so no text can exhaust the stack. A plain
+number, which most scalars are, does not need the parser at all.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib.resources import files
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Final
+
+from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.source import Span
+from gesturec.language.document import Text
+from gesturec.language.expressions import tree
+from gesturec.language.expressions.place import Place, place_of
+
+if TYPE_CHECKING:
+    from lark import Lark
+
+    from gesturec.language.expressions.build import Builder
+
+# An expression beyond these is no author's; the checker recurses two calls a level.
+MOST_CHARACTERS: Final = 10_000
+MOST_BRACKETS: Final = 100
+MOST_DEPTH: Final = 150
+
+STARTS: Final = ("expr", "interval", "wanted", "arc", "pattern")
+WHAT: Final = {
+    "expr": ("bad-expression", "an expression"),
+    "interval": ("bad-interval", "an interval `lo .. hi`"),
+    "wanted": ("bad-expression", "a value, an interval or `value +- tolerance`"),
+    "arc": ("bad-arc", "an arc `a -> b` or `a <-> b`"),
+    "pattern": ("bad-pattern", "a gesture pattern"),
+}
+NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9]\d{0,14})(?:\.\d{1,15})?)(?: ?(%|[a-zA-Z]+(?:/[a-z]+)?))?")
+KEYWORDS: Final = frozenset(("if", "else", "or", "and", "not", "for", "in", "within", "true", "false"))
+# What other languages write.
+MEANT: Final = {"=": "==", "&&": "and", "||": "or", "!": "not", "^": "**", "&": "and", "|": "or", "{": "(", "}": ")"}
+
+_LOCK = Lock()
+
+
+@cache
+def _parser() -> tuple[Lark, Builder]:
+    from lark import Lark
+
+    from gesturec.language.expressions.build import Builder
+
+    grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
+    builder = Builder()
+    return Lark(grammar, parser="lalr", start=list(STARTS), transformer=builder, maybe_placeholders=True), builder
+
+
+def parse_expression(text: Text) -> tree.Expr:
+    """The tree of an expression."""
+    return _number_alone(text) or _parse(text, "expr")  # type: ignore[no-any-return]
+
+
+def parse_interval(text: Text) -> tree.Interval:
+    """The tree of `lo .. hi`, `lo ..` or `.. hi`."""
+    return _parse(text, "interval")  # type: ignore[no-any-return]
+
+
+def parse_wanted(text: Text) -> tree.Expr | tree.Interval | tree.Tolerance:
+    """The tree of what a configuration map or a state wants: an expression, an interval, or `90 +- 30`."""
+    return _number_alone(text) or _parse(text, "wanted")  # type: ignore[no-any-return]
+
+
+def parse_arc(text: Text) -> tree.Arc:
+    """The tree of `a -> b` or `a <-> b`."""
+    return _parse(text, "arc")  # type: ignore[no-any-return]
+
+
+def parse_gesture(text: Text) -> tree.Pattern:
+    """The tree of a gesture's pattern."""
+    return _parse(text, "pattern")  # type: ignore[no-any-return]
+
+
+def _number_alone(text: Text) -> tree.Expr | None:
+    """The tree of a plain number with or without a unit; None if the text is anything else."""
+    found = NUMBER_ALONE.fullmatch(text)
+    if found is None or found[3] in KEYWORDS - {"in"}:
+        return None
+    place = place_of(text)
+    unit_span = place.part(*found.span(3)) if found[3] else None
+    number = tree.Number(float(found[2]), found[3], place.part(found.start(2), found.end()), unit_span)
+    return tree.Unary("-", number, place.part(0, found.end())) if found[1] else number
+
+
+def _parse(text: Text, start: str) -> Any:
+    from lark.exceptions import UnexpectedCharacters, UnexpectedToken, VisitError
+
+    from gesturec.language.expressions.build import ExpressionError
+
+    place = place_of(text)
+    if (finding := _too_large(place, start)) is not None:
+        raise ExpressionError(finding)
+    parser, builder = _parser()
+    with _LOCK:
+        builder.place = place
+        try:
+            node = parser.parse(place.text, start=start)
+        except UnexpectedCharacters as error:
+            raise ExpressionError(_odd_character(place, start, error.pos_in_stream or 0)) from None
+        except UnexpectedToken as error:
+            raise ExpressionError(_odd_token(place, start, error)) from None
+        except VisitError as error:
+            raise error.orig_exc from None
+    if (levels := tree.depth(node)) > MOST_DEPTH:
+        message = f"the expression is nested {levels} deep; the limit is {MOST_DEPTH}"
+        raise ExpressionError(Diagnostic("limit-exceeded", message, text.span, help="split it, for instance into poses"))
+    return node
+
+
+def _too_large(place: Place, start: str) -> Diagnostic | None:
+    """A finding for a text that is too long or has too many brackets in each other."""
+    what = WHAT[start][1]
+    if not place.text.strip():
+        return Diagnostic(WHAT[start][0], f"{what} is expected here, and the text is empty", place.span)
+    if len(place.text) > MOST_CHARACTERS:
+        message = f"the text of {what} has {len(place.text):,} characters; the limit is {MOST_CHARACTERS:,}"
+        return Diagnostic("limit-exceeded", message, place.part(0, 40), help="split it, for instance into poses")
+    level = 0
+    for at, char in enumerate(place.text):
+        level += (char in "([") - (char in ")]")
+        if level > MOST_BRACKETS:
+            message = f"brackets are nested more than {MOST_BRACKETS} deep"
+            return Diagnostic("limit-exceeded", message, place.part(at, at + 1), "this is one too many")
+    return None
+
+
+def _odd_character(place: Place, start: str, at: int) -> Diagnostic:
+    """A finding for a character that no token begins with here."""
+    rule, what = WHAT[start]
+    found = re.compile(r"&&|\|\||\w+|.", re.DOTALL).match(place.text, at)
+    word = found[0] if found else place.text[at : at + 1]
+    meant = MEANT.get(word)
+    help = f"write `{meant}`" if meant else None
+    if word in ("'", '"'):
+        help = "names and units stand without quotes"
+    elif word in KEYWORDS:
+        return Diagnostic(rule, f"`{word}` is a word of the language and stands where it cannot", place.part(at, at + len(word)))
+    return Diagnostic(rule, f"`{word}` does not belong in {what}", place.part(at, at + len(word)), help=help)
+
+
+def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
+    """A finding for a token that cannot stand where it does, or for a text that ends too early."""
+    rule, what = WHAT[start]
+    expected = set(error.accepts or error.expected or ())
+    wanted = "a value" if "NAME" in expected and "NUMBER" in expected else "a name" if "NAME" in expected else "an operator or the end"
+    if error.token.type == "$END":
+        return _early_end(place, rule, what, wanted, expected)
+    word, at = str(error.token), error.token.start_pos or 0
+    help = f"write `{MEANT[word]}`" if word in MEANT and start == "expr" else None
+    if word == "+-" and start != "wanted":
+        help = "`+-` is a tolerance; put a space into `+ -`"
+    if wanted == "an operator or the end" and error.token.type in ("NAME", "NUMBER"):
+        wanted = "an operator before it"
+    return Diagnostic(rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help)
+
+
+def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[str]) -> Diagnostic:
+    """A finding for a text that ends before it is complete, with the bracket that is still open."""
+    end = len(place.text.rstrip())
+    last = re.search(r"[\w$]+\Z|.\Z", place.text[:end], re.DOTALL)
+    span = place.part(last.start() if last else 0, end)
+    related: tuple[Related, ...] = ()
+    if (opened := _open_bracket(place)) is not None and expected & {"RPAR", "RSQB"}:
+        related = (Related("this bracket is not closed", opened),)
+        wanted = "`)`" if "RPAR" in expected else "`]`"
+    elif expected == {"RANGE"} or ("RANGE" in expected and rule == "bad-interval"):
+        wanted = "`..`"
+    return Diagnostic(rule, f"{what} ends too early here", span, f"{wanted} is expected after this", related=related)
+
+
+def _open_bracket(place: Place) -> Span | None:
+    """The last bracket that is not closed."""
+    opened: list[int] = []
+    for at, char in enumerate(place.text):
+        if char in "([":
+            opened.append(at)
+        elif char in ")]" and opened:
+            opened.pop()
+    return place.part(opened[-1], opened[-1] + 1) if opened else None
