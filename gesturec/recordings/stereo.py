@@ -45,7 +45,7 @@ def triangulate(rig: Rig, pixels: Array, noise_px: float | None = None) -> Trian
     """
     shape = pixels.shape[1:-1]
     flat = pixels.reshape(len(rig.cameras), -1, 2)
-    weights = ~np.isnan(flat).any(axis=2).reshape(flat.shape[:2])  # (n_camera, n)
+    weights: NDArray[np.bool_] = np.array(np.isfinite(flat[..., 0]) & np.isfinite(flat[..., 1]))  # (n_camera, n)
     solvable = weights.sum(axis=0) >= 2
     points = np.full((flat.shape[1], 3), np.nan)
     covariance = np.full((flat.shape[1], 3, 3), np.nan)

@@ -277,4 +277,4 @@ def write_table(
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["time", *(f"{name}.{axis}" for name in names for axis in axes)])
     for instant, row in zip(time.tolist(), values.reshape(len(time), -1).tolist(), strict=True):
-        writer.writerow([f"{instant:.9g}", *("" if value != value else f"{value:.9g}" for value in row)])
+        writer.writerow([f"{instant:.15g}", *("" if value != value else f"{value:.9g}" for value in row)])
