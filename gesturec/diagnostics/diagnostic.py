@@ -12,10 +12,14 @@ Severity = Literal["error", "warning"]
 
 @dataclass(frozen=True, slots=True)
 class Related:
-    """A second place that a finding speaks of."""
+    """A second place that a finding speaks of.
+
+    A `note` is told in one line under the finding; any other place is shown with its line.
+    """
 
     message: str
     span: Span
+    note: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,1 @@
+"""Findings: where (`source`), what (`diagnostic`, `rules`), how they are shown (`render`, `suggest`)."""

@@ -1,0 +1,58 @@
+"""Where a compile collects what it finds: each once, sorted by place when asked for."""
+
+from __future__ import annotations
+
+from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.errors import ModelError
+from gesturec.diagnostics.rules import severity
+from gesturec.diagnostics.source import Span
+
+
+class Findings:
+    """The findings so far. The same rule at the same place counts once: a template's fault is one fault in all its limbs."""
+
+    def __init__(self) -> None:
+        self.found: dict[tuple[str, str, int, int], Diagnostic] = {}
+        self.muted = 0
+        self.context: list[Related] = []
+
+    def add(self, finding: Diagnostic) -> None:
+        """Keep a finding, with the notes of where we are."""
+        if self.muted:
+            return
+        span = finding.span
+        key = (finding.rule, span.source.name, span.start, span.end) if span else (finding.rule, finding.message, 0, 0)
+        if key not in self.found:
+            notes = tuple(note for note in self.context if note.span != span)
+            self.found[key] = Diagnostic(finding.rule, finding.message, span, finding.label, finding.help, finding.related + notes)
+
+    def report(
+        self,
+        rule: str,
+        message: str,
+        span: Span | None,
+        label: str = "",
+        help: str | None = None,
+        related: tuple[Related, ...] = (),
+    ) -> None:
+        """`add`, from its parts."""
+        self.add(Diagnostic(rule, message, span, label, help, related))
+
+    def sorted(self) -> tuple[Diagnostic, ...]:
+        """Every finding, by file, place and rule."""
+        return tuple(sorted(self.found.values(), key=sort_key))
+
+    def errors(self) -> tuple[Diagnostic, ...]:
+        """The findings that stop a compile."""
+        return tuple(finding for finding in self.sorted() if severity(finding.rule) == "error")
+
+    def raise_errors(self) -> None:
+        """Raise `ModelError` with every finding if one of them is an error."""
+        if self.errors():
+            raise ModelError(self.sorted())
+
+
+def sort_key(finding: Diagnostic) -> tuple[str, int, int, str]:
+    """Files by name, then places, then rules."""
+    span = finding.span
+    return (span.source.name, span.start, span.end, finding.rule) if span else ("", 0, 0, finding.rule)

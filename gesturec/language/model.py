@@ -1,0 +1,44 @@
+"""The parsed model: blocks of the schema with their places, the files they came from, and what was found on the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.source import Source
+from gesturec.language.expressions.units import Units
+from gesturec.language.schema.blocks import Body, ModelFile
+
+
+@dataclass(frozen=True, eq=False)
+class ModelPart:
+    """One file: its block, and the units of its bare numbers."""
+
+    block: ModelFile
+    units: Units
+    source: Source
+    digest: str
+    path: str | None  # where it lies; None for a text without a file
+
+
+@dataclass(frozen=True, eq=False)
+class BodyModel:
+    """One of several bodies: how it is set, and its model (None where that cannot be read)."""
+
+    block: Body
+    model: Model | None
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A model as written: the main file, the files that it includes, its bodies, and the findings so far."""
+
+    main: ModelPart
+    includes: tuple[ModelPart, ...] = ()
+    bodies: dict[str, BodyModel] = field(default_factory=dict)
+    findings: tuple[Diagnostic, ...] = ()
+
+    @property
+    def parts(self) -> tuple[ModelPart, ...]:
+        """The main file and what it includes."""
+        return (self.main, *self.includes)

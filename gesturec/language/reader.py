@@ -1,0 +1,243 @@
+"""Text to `Document`: YAML events become nodes with places, within limits.
+
+In: the bytes of a file. Out: a `Document`, and findings for what YAML allows and the language does not (tags,
+merge keys, duplicate keys, nulls). Events are taken one by one and every scalar is kept as text, so nothing is
+resolved, nothing is built before its limit is checked, and `on` stays `on`. Aliases share the node that they
+name; the limits count them as the copies that they mean.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import yaml
+
+from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.source import Source, Span
+from gesturec.language.document import Document, Mapping, Node, Sequence, Text
+from gesturec.language.findings import Findings
+from gesturec.language.limits import DEFAULT_LIMITS, Limits
+
+NULLS = frozenset(("", "~", "null", "Null", "NULL"))
+# The C parser gives the same events and marks 20 times as fast; without it the same in Python.
+PARSER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+class Anchor(NamedTuple):
+    """A value that aliases may copy: None while it is still being read."""
+
+    node: Node | None
+    nodes: int
+    height: int
+
+
+class StopReading(Exception):
+    """The rest of the file cannot be read; the finding says why."""
+
+
+def read_document(name: str, data: bytes, findings: Findings, limits: Limits = DEFAULT_LIMITS) -> Document | None:
+    """Read one file's bytes; None where it cannot be read at all, and then a finding says why."""
+    if len(data) > limits.file_bytes:
+        place = Span(Source(name, ""), 0, 0)
+        findings.add(limit_finding("the file", f"{len(data)} bytes", "file_bytes", limits.file_bytes, place))
+        return None
+    source = decode(name, data, findings)
+    if source is None:
+        return None
+    try:
+        root = Reader(source, findings, limits).read()
+    except StopReading:
+        return None
+    return Document(source, hashlib.sha256(data).hexdigest(), root)
+
+
+def decode(name: str, data: bytes, findings: Findings) -> Source | None:
+    """The text of UTF-8 bytes; a mark at the start is dropped."""
+    try:
+        return Source(name, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        source = Source(name, data[: error.start].decode("utf-8-sig", "replace"))
+        end = len(source.text)
+        findings.add(Diagnostic("bad-encoding", f"byte {error.start} is not UTF-8", Span(source, end, end), help="save the file as UTF-8"))
+        return None
+
+
+def limit_finding(what: str, found: str, limit: str, value: int, span: Span) -> Diagnostic:
+    """A finding of something too large: what was found, the limit, and what raises it."""
+    return Diagnostic("limit-exceeded", f"{what} has {found}; the limit is {value:,}", span, help=f"raise `Limits.{limit}` if this is meant")
+
+
+class Reader:
+    """One pass over the events of a file."""
+
+    def __init__(self, source: Source, findings: Findings, limits: Limits) -> None:
+        self.source, self.findings, self.limits = source, findings, limits
+        self.anchors: dict[str, Anchor] = {}
+        self.nodes = 0
+        self.aliases = 0
+        self.events = self.safe_events()
+
+    def safe_events(self) -> Iterator[Any]:
+        """The parser's events; what it cannot parse becomes one finding."""
+        try:
+            yield from yaml.parse(self.source.text, Loader=PARSER)
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            self.stop("bad-yaml", f"this is not YAML: {error.problem or error.context}", self.at(mark.index if mark else 0))
+        except yaml.reader.ReaderError as error:
+            self.stop("bad-yaml", f"this is not YAML: {error.reason}", self.at(error.position))
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
+            self.stop("bad-yaml", f"this is not YAML: {error}".splitlines()[0], self.at(0))
+
+    def at(self, index: int) -> Span:
+        """The place of one character, moved back from the end of the text to its last line."""
+        last = max(0, len(self.source.text.rstrip()) - 1)
+        start = min(index, last)
+        return Span(self.source, start, start + 1)
+
+    def stop(self, rule: str, message: str, span: Span, help: str | None = None) -> None:
+        self.findings.add(Diagnostic(rule, message, span, help=help))
+        raise StopReading
+
+    def span(self, event: Any) -> Span:
+        return Span(self.source, event.start_mark.index, event.end_mark.index)
+
+    def read(self) -> Mapping:
+        """The file's one mapping."""
+        root: Node | None = None
+        for event in self.events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if root is not None:
+                    self.stop("bad-yaml", "a file holds one model, and here a second document begins", self.span(event))
+                root = self.node(next(self.events), 0)
+        if not isinstance(root, Mapping):
+            place = self.at(0) if root is None else root.span
+            found = "the file is empty" if root is None or root == "" else "the file is not a mapping"
+            self.stop("wrong-kind", f"{found}; a model begins with `gesturec: 1`", place)
+        assert isinstance(root, Mapping)
+        return root
+
+    def node(self, event: Any, depth: int) -> Node:
+        """The node that begins with this event."""
+        if isinstance(event, yaml.AliasEvent):
+            return self.alias(event, depth)
+        self.count(1, self.span(event))
+        if depth > self.limits.depth:
+            what = limit_finding("the file", f"values nested {depth} deep", "depth", self.limits.depth, self.span(event))
+            self.findings.add(what)
+            raise StopReading
+        if event.tag is not None and event.tag != "!":
+            self.findings.add(Diagnostic("yaml-tag", f"a value carries the tag `{event.tag}`", self.span(event), "", "tags are not part of the language: remove it"))
+        anchor, before = event.anchor, self.nodes
+        if anchor is not None:
+            self.anchors[anchor] = Anchor(None, 0, 0)
+        node, height = self.value(event, depth)
+        self.height = height
+        if anchor is not None:
+            self.anchors[anchor] = Anchor(node, self.nodes - before + 1, height)
+        return node
+
+    def value(self, event: Any, depth: int) -> tuple[Node, int]:
+        """The node itself and how deep it is."""
+        if isinstance(event, yaml.ScalarEvent):
+            return self.scalar(event), 0
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self.sequence(event, depth)
+        return self.mapping(event, depth)
+
+    def scalar(self, event: Any) -> Text:
+        if len(event.value) > self.limits.scalar_length:
+            found = f"{len(event.value)} characters"
+            self.findings.add(limit_finding("a text", found, "scalar_length", self.limits.scalar_length, self.span(event)))
+            raise StopReading
+        return Text(event.value, self.span(event), plain=not event.style)
+
+    def sequence(self, start: Any, depth: int) -> tuple[Sequence, int]:
+        items: list[Node] = []
+        height = 0
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            node = self.node(event, depth + 1)
+            height = max(height, self.height + 1)
+            if is_null(node):
+                self.findings.add(Diagnostic("null-value", "an item of a list is empty", shown(node.span)))
+            else:
+                items.append(node)
+        return Sequence(items, Span(self.source, start.start_mark.index, self.end(start, event, items))), height
+
+    def mapping(self, start: Any, depth: int) -> tuple[Mapping, int]:
+        mapping = Mapping(self.span(start))
+        height = 0
+        last: list[Node] = []
+        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            key = self.node(event, depth + 1)
+            value = self.node(next(self.events), depth + 1)
+            height = max(height, self.height + 1)
+            last = [value]
+            self.put(mapping, key, value)
+        mapping.span = Span(self.source, start.start_mark.index, self.end(start, event, last))
+        return mapping, height
+
+    def put(self, mapping: Mapping, key: Node, value: Node) -> None:
+        """Take a pair into a mapping, unless it is one that the language refuses."""
+        if not isinstance(key, Text):
+            self.findings.add(Diagnostic("wrong-kind", "a key is a list or a mapping; a key is a text", key.span))
+        elif key == "<<" and key.plain:
+            self.findings.add(Diagnostic("merge-key", "the merge key `<<` is not part of the language", key.span, help="write the keys out, or use a template"))
+        elif (first := mapping.key(key)) is not None or key in mapping.holes:
+            related = (Related("first here", first.span),) if first is not None else ()
+            self.findings.add(Diagnostic("duplicate-key", f"the key `{key}` stands twice in one mapping", key.span, "again here", related=related))
+        elif is_null(key):
+            self.findings.add(Diagnostic("null-value", "a key is empty", shown(key.span)))
+        elif is_null(value):
+            self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value"))
+            mapping.holes.add(str(key))
+        else:
+            mapping[key] = value
+
+    def end(self, start: Any, event: Any, inside: list[Node]) -> int:
+        """Where a collection ends: a block's end mark lies after the empty lines behind it, so its last value's."""
+        if start.flow_style or not inside:
+            return int(event.end_mark.index)
+        return max(inside[-1].span.end, start.start_mark.index) if inside[-1].span.source is self.source else int(event.end_mark.index)
+
+    def alias(self, event: Any, depth: int) -> Node:
+        """The node that an alias copies."""
+        span = self.span(event)
+        anchor = self.anchors.get(event.anchor)
+        if anchor is None:
+            self.stop("bad-yaml", f"there is no anchor `&{event.anchor}` before this alias", span)
+        assert anchor is not None
+        if anchor.node is None:
+            self.stop("bad-yaml", f"the alias `*{event.anchor}` stands inside what it names", span)
+        self.aliases += 1
+        if self.aliases > self.limits.aliases:
+            self.findings.add(limit_finding("the file", f"{self.aliases} aliases", "aliases", self.limits.aliases, span))
+            raise StopReading
+        self.count(anchor.nodes, span)
+        if depth + anchor.height > self.limits.depth:
+            found = f"values nested {depth + anchor.height} deep"
+            self.findings.add(limit_finding("the file", found, "depth", self.limits.depth, span))
+            raise StopReading
+        self.height = anchor.height
+        assert anchor.node is not None
+        return anchor.node
+
+    def count(self, more: int, span: Span) -> None:
+        """Count values as if aliases were copied."""
+        self.nodes += more
+        if self.nodes > self.limits.nodes:
+            found = f"at least {self.nodes:,} values once its aliases are copied"
+            self.findings.add(limit_finding("the file", found, "nodes", self.limits.nodes, span))
+            raise StopReading
+
+
+def is_null(node: Node) -> bool:
+    """Whether a node is YAML's null: an empty or `null` scalar without quotes."""
+    return isinstance(node, Text) and node.plain and node in NULLS
+
+
+def shown(span: Span) -> Span:
+    """A span of at least one character, so that there is something to mark."""
+    return span if span.end > span.start else Span(span.source, span.start, span.start + 1)

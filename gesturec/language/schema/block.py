@@ -1,0 +1,201 @@
+"""Blocks of the schema: mappings with keys of the language, and containers with the author's names.
+
+`Block` is the base of every such mapping. It keeps the place of the whole and of each key, drops `x-` keys, and
+reports unknown and missing keys itself, all of them, so that pydantic never meets a mapping that it must refuse
+and a wrong key never hides what is wrong inside.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import CoreSchema
+
+from gesturec.diagnostics.diagnostic import Related
+from gesturec.diagnostics.source import Span
+from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.language.document import Mapping, Sequence, Text
+from gesturec.language.findings import Findings
+from gesturec.language.schema.leaf import Json, Leaf, Test, first_line, is_name, is_path, wrong_kind
+from gesturec.language.schema.leaves import NAME_JSON, PATH_JSON, Words
+
+CLASS_WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])")
+
+
+class Block(BaseModel):
+    """A mapping whose keys are words of the language."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, use_attribute_docstrings=True)
+    required: ClassVar[tuple[str, ...]] = ()
+    one_of: ClassVar[tuple[str, ...]] = ()  # exactly one of these keys
+    open_keys: ClassVar[bool] = False  # whether further keys are the author's arguments
+    short: ClassVar[str | None] = None  # the key that a value which is no mapping stands for
+
+    description: Words = None
+    """What this is, in words."""
+    _mapping: Mapping = PrivateAttr()
+    _further: Mapping = PrivateAttr()
+
+    @property
+    def span(self) -> Span:
+        """The place of the whole mapping."""
+        return self._mapping.span
+
+    @property
+    def start(self) -> Span:
+        """The place of its first key, which is where one looks for a mapping in block style."""
+        return first_line(self._mapping)  # type: ignore[no-any-return]
+
+    @property
+    def further(self) -> Mapping:
+        """The author's keys beside the language's, where `open_keys`."""
+        return self._further
+
+    def key(self, name: str) -> Span:
+        """The place of a key, or of the mapping where it does not have it."""
+        key = self._mapping.key(name)
+        return self.start if key is None else key.span
+
+    def has(self, name: str) -> bool:
+        """Whether the author wrote this key."""
+        return name in self._mapping
+
+    @classmethod
+    def what(cls) -> str:
+        """What this block is called in messages."""
+        return CLASS_WORDS.sub(" ", cls.__name__).lower()
+
+    @classmethod
+    def keys_known(cls) -> tuple[str, ...]:
+        """The language's keys here, as written."""
+        return tuple(field.alias or name for name, field in cls.model_fields.items())
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def keep_places(cls, data: Any, handler: ModelWrapValidatorHandler[Any], info: ValidationInfo) -> Any:
+        """Build the block from a mapping, reporting keys that are unknown or missing."""
+        assert info.context is not None
+        findings: Findings = info.context["findings"]
+        if data is None:
+            return None
+        if not isinstance(data, Mapping) and cls.short is not None:
+            data = spelled_out(cls.short, data)
+        if not isinstance(data, Mapping):
+            wrong_kind(data, f"a mapping ({cls.what()})", findings)
+            return None
+        known = cls.keys_known()
+        further = Mapping(data.span)
+        for key, value in data.items():
+            if key not in known and not key.startswith("x-"):
+                further[key] = value
+        if not cls.open_keys:
+            for key in further:
+                report_unknown_key(cls.what(), key, known, findings)
+        cls.report_missing(data, findings)
+        block = handler({str(key): value for key, value in data.items() if key in known})
+        block._mapping, block._further = data, further
+        return block
+
+    @classmethod
+    def report_missing(cls, data: Mapping, findings: Findings) -> None:
+        """Report required keys that are not there, and rival keys that are there together."""
+        there = [name for name in cls.one_of if name in data or name in data.holes]
+        for name in cls.required:
+            if name not in data and name not in data.holes:
+                findings.report("missing-key", f"a {cls.what()} needs `{name}`", first_line(data), f"`{name}` is missing")
+        if cls.one_of and not there:
+            listed = ", ".join(f"`{name}`" for name in cls.one_of)
+            findings.report("missing-key", f"a {cls.what()} needs one of {listed}", first_line(data), "none is here")
+        for rival in there[1:]:
+            report_conflict(data, there[0], rival, findings)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> Json:
+        schema = handler(core)
+        schema = handler.resolve_ref_schema(schema)
+        schema["additionalProperties"] = cls.open_keys
+        schema["patternProperties"] = {"^x-": {}}
+        if cls.required:
+            schema["required"] = list(cls.required)
+        if cls.one_of:
+            schema["oneOf"] = [{"required": [name]} for name in cls.one_of]
+        if cls.short is None:
+            return schema
+        long, title = dict(schema), schema.pop("title", cls.__name__)
+        schema.clear()
+        schema.update({"title": title, "anyOf": [long["properties"][cls.short], long]})
+        return schema
+
+
+def spelled_out(key: str, node: Any) -> Mapping:
+    """The long form of a value that was written short."""
+    mapping = Mapping(node.span)
+    mapping[Text(key, node.span)] = node
+    return mapping
+
+
+def report_unknown_key(what: str, key: Text, known: tuple[str, ...], findings: Findings) -> None:
+    """Report a key that is not of the language here."""
+    findings.report("unknown-key", f"a {what} has no key `{key}`", key.span, "unknown key", did_you_mean(key, known))
+
+
+def report_conflict(data: Mapping, first: str, second: str, findings: Findings) -> None:
+    """Report two keys that exclude each other."""
+    one, two = data.key(first), data.key(second)
+    if one is not None and two is not None:
+        related = (Related(f"beside `{first}`", one.span),)
+        findings.report("conflicting-keys", f"`{first}` and `{second}` exclude each other", two.span, "", None, related)
+
+
+def container_check(wanted: str, kind: type[Mapping] | type[Sequence], keys: Test | None = None) -> BeforeValidator:
+    """The check of a list, or of a mapping with the author's names: what is wrong is reported and left out."""
+
+    def check(node: Any, info: ValidationInfo) -> Any:
+        assert info.context is not None
+        findings: Findings = info.context["findings"]
+        if node is None:
+            return kind_empty(kind)
+        if not isinstance(node, kind):
+            wrong_kind(node, wanted, findings)
+            return kind_empty(kind)
+        if keys is None or not isinstance(node, Mapping):
+            return node
+        return {key: value for key, value in node.items() if not key.startswith("x-") and keys(key, findings)}
+
+    return BeforeValidator(check)
+
+
+def kind_empty(kind: type) -> Any:
+    """An empty container of a kind."""
+    return {} if kind is Mapping else []
+
+
+def without_none(value: Any) -> Any:
+    """A container without what was reported and left out."""
+    if isinstance(value, dict):
+        return {key: item for key, item in value.items() if item is not None}
+    return tuple(item for item in value if item is not None)
+
+
+Item = TypeVar("Item")
+Key: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, NAME_JSON, passes=False)]
+PathKey: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, PATH_JSON, passes=False)]
+Named: TypeAlias = Annotated[
+    dict[Key, Item], container_check("a mapping with names", Mapping, is_name), AfterValidator(without_none)
+]
+Listed: TypeAlias = Annotated[tuple[Item, ...], container_check("a list", Sequence), AfterValidator(without_none)]
+ByPath: TypeAlias = Annotated[
+    dict[PathKey, Item], container_check("a mapping with names", Mapping, is_path), AfterValidator(without_none)
+]

@@ -1,0 +1,259 @@
+"""Leaves of the schema: what one value of the language may look like, declared beside what editors are told.
+
+A leaf stays the document's node, with its place; its text is parsed where its names are known. Here only its form
+is checked: a text, a list of three, one of a few words. Wrong forms are reported to the `Findings` in the
+validation's context and become None, so that one wrong value never hides another.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import core_schema
+
+from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.language.document import Mapping, Node, Sequence, Text
+from gesturec.language.findings import Findings
+
+Json = dict[str, Any]
+Test = Callable[[Any, Findings], bool]
+
+PASSED: Final = re.compile(r"\$[A-Za-z_][A-Za-z0-9_]*\Z")
+NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+PATH: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*\Z")
+RESERVED: Final = frozenset(
+    ("and", "or", "not", "if", "else", "for", "in", "true", "false", "within", "root", "world", "prev", "next", "when")
+)
+
+
+def is_passed(node: object) -> bool:
+    """Whether a node is `$name` alone, which passes any value whole."""
+    return isinstance(node, Text) and PASSED.match(node) is not None
+
+
+def kind_of(node: object) -> str:
+    """What a node is, in words."""
+    if isinstance(node, Text):
+        return f"`{node}`" if len(node) <= 40 else "a text"
+    return "a list" if isinstance(node, Sequence) else "a mapping"
+
+
+def wrong_kind(node: Any, wanted: str, findings: Findings) -> None:
+    """Report a node of the wrong form."""
+    findings.report("wrong-kind", f"{wanted} is wanted here, and this is {kind_of(node)}", first_line(node), f"not {wanted}")
+
+
+def first_line(node: Any) -> Any:
+    """The place of a node; of a list or mapping in block style its first item, which is where one looks."""
+    if isinstance(node, Mapping) and node and node.span.start == next(iter(node)).span.start:
+        return next(iter(node)).span
+    return node.span
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """One form of value. `test` reports and returns False where the node is not of it."""
+
+    wanted: str
+    test: Test
+    json: Json = field(default_factory=lambda: {"type": "string"})
+    passes: bool = True  # whether `$name` may stand for it
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.validate)
+
+    def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> Json:
+        return dict(self.json)
+
+    def validate(self, node: Any, info: core_schema.ValidationInfo) -> Node | None:
+        """The node, or None if it is reported."""
+        assert info.context is not None
+        if node is None or (self.passes and is_passed(node)):
+            return node  # type: ignore[no-any-return]
+        return node if self.test(node, info.context["findings"]) else None
+
+
+def text_of(wanted: str) -> Test:
+    """Any text."""
+
+    def test(node: Any, findings: Findings) -> bool:
+        if isinstance(node, Text):
+            return True
+        wrong_kind(node, wanted, findings)
+        return False
+
+    return test
+
+
+def word_of(*words: str) -> Test:
+    """One of a few words."""
+
+    def test(node: Any, findings: Findings) -> bool:
+        if node in words and isinstance(node, Text):
+            return True
+        if not isinstance(node, Text):
+            wrong_kind(node, "one of " + ", ".join(words), findings)
+            return False
+        listed = ", ".join(f"`{word}`" for word in words)
+        findings.report("bad-choice", f"`{node}` is not one of {listed}", node.span, help=did_you_mean(node, words))
+        return False
+
+    return test
+
+
+def is_name(node: Any, findings: Findings) -> bool:
+    """A name of the author's."""
+    if not isinstance(node, Text):
+        wrong_kind(node, "a name", findings)
+    elif NAME.match(node) is None:
+        rule = "a name has letters, digits and `_`, and begins with no digit"
+        findings.report("bad-name", f"`{node}` is not a name: {rule}", node.span, "not a name")
+    elif node in RESERVED:
+        findings.report("reserved-name", f"`{node}` is a word of the language and names nothing of the author's", node.span)
+    else:
+        return True
+    return False
+
+
+def is_path(node: Any, findings: Findings) -> bool:
+    """A name, or names joined by dots."""
+    if isinstance(node, Text) and PATH.match(node) is not None:
+        return True
+    if isinstance(node, Text):
+        findings.report("bad-name", f"`{node}` is not a name, or names joined by dots", node.span, "not a name")
+    else:
+        wrong_kind(node, "a name", findings)
+    return False
+
+
+def texts_in(node: Any, wanted: str, findings: Findings) -> bool:
+    """A list whose items are all texts."""
+    if not isinstance(node, Sequence):
+        wrong_kind(node, wanted, findings)
+        return False
+    return all([text_of("a text")(item, findings) for item in node])
+
+
+def is_vector(node: Any, findings: Findings) -> bool:
+    """`[a, b, c]`, or an expression that is a vector."""
+    if isinstance(node, Text):
+        return True
+    if not texts_in(node, "a vector `[x, y, z]`", findings):
+        return False
+    if len(node) != 3:
+        findings.report("wrong-kind", f"a vector has three numbers, and this has {len(node)}", node.span, "not `[x, y, z]`")
+    return len(node) == 3
+
+
+def is_levels(node: Any, findings: Findings) -> bool:
+    """A list of numbers, or names with numbers."""
+    if isinstance(node, Mapping):
+        return all([is_name(key, findings) and text_of("a number")(value, findings) for key, value in node.items()])
+    return texts_in(node, "a list of levels, or names with levels,", findings)
+
+
+def is_rest(node: Any, findings: Findings) -> bool:
+    """A mapping; which keys it has is seen where it is read."""
+    if isinstance(node, Mapping):
+        return True
+    wrong_kind(node, "a rest such as `{turns: [[z, 30]]}`", findings)
+    return False
+
+
+def is_color(node: Any, findings: Findings) -> bool:
+    """A CSS name or `[r, g, b]`."""
+    return isinstance(node, Text) or is_vector(node, findings)
+
+
+def is_configuration(node: Any, findings: Findings) -> bool:
+    """A configuration map, one or two deep, or an expression."""
+    if isinstance(node, Text):
+        return True
+    if not isinstance(node, Mapping):
+        wrong_kind(node, "an expression or a configuration map", findings)
+        return False
+    return all([is_map_entry(value, findings) for value in node.values()])
+
+
+def is_map_entry(node: Any, findings: Findings) -> bool:
+    """What a configuration map says of a joint or limb."""
+    if isinstance(node, Mapping):
+        return all([text_of("a joint's value")(value, findings) for value in node.values()])
+    return text_of("a joint's value, a joint map or an expression")(node, findings)
+
+
+def is_keys(node: Any, findings: Findings) -> bool:
+    """Keys of a cycle: a mapping of mappings, or the name of a file."""
+    if isinstance(node, Text):
+        return True
+    if not isinstance(node, Mapping):
+        wrong_kind(node, "keys by joint, or a file's name", findings)
+        return False
+    good = True
+    for value in node.values():
+        if not isinstance(value, Mapping):
+            wrong_kind(value, "keys `{0: value, 50: value}`", findings)
+            good = False
+        elif not all([text_of("a joint's value")(item, findings) for item in value.values()]):
+            good = False
+    return good
+
+
+def is_phases(node: Any, findings: Findings) -> bool:
+    """Phases: names with where they begin, or with phases of their own."""
+    if not isinstance(node, Mapping):
+        wrong_kind(node, "phases `{name: 0, name: 50}`", findings)
+        return False
+    parts = [is_name(k, findings) and (isinstance(v, Text) or is_phases(v, findings)) for k, v in node.items()]
+    return all(parts)
+
+
+def is_dwell(node: Any, findings: Findings) -> bool:
+    """An interval, or intervals by name."""
+    if isinstance(node, Mapping):
+        return all([text_of("an interval")(value, findings) for value in node.values()])
+    return text_of("an interval, or intervals by name,")(node, findings)
+
+
+def is_names(node: Any, findings: Findings) -> bool:
+    """A list of names."""
+    if not isinstance(node, Sequence):
+        wrong_kind(node, "a list of names", findings)
+        return False
+    return all([is_path(item, findings) for item in node])
+
+
+def is_bound_tokens(node: Any, findings: Findings) -> bool:
+    """`{OURS: THEIRS}` or a list of ours."""
+    if isinstance(node, Sequence):
+        return is_names(node, findings)
+    if not isinstance(node, Mapping):
+        wrong_kind(node, "tokens with the names that another tool gives them", findings)
+        return False
+    return all([is_theirs(value, findings) for value in node.values()])
+
+
+def is_theirs(node: Any, findings: Findings) -> bool:
+    """A name, a list of names, or names with weights."""
+    if isinstance(node, Mapping):
+        return all([text_of("a weight")(value, findings) for value in node.values()])
+    return isinstance(node, Text) or texts_in(node, "a name, a list of names, or names with weights", findings)
+
+
+def is_arguments(node: Any, findings: Findings) -> bool:
+    """A list of names, or names with defaults."""
+    if isinstance(node, Mapping):
+        return all([is_name(key, findings) for key in node])
+    if isinstance(node, Sequence):
+        return all([is_name(item, findings) for item in node])
+    wrong_kind(node, "a list of arguments, or arguments with defaults", findings)
+    return False
+
+
+def is_anything(node: Any, findings: Findings) -> bool:
+    """Any node at all."""
+    return True
