@@ -1,0 +1,86 @@
+"""What of the compiled model a session uses in every frame, laid out once and shared by sessions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.artifact import Artifact, MachineTables
+from gesturec.artifact.kinematics import Chain, chain_of, complete_angles, forward, token_positions
+from gesturec.runtime.emission import ROOT_FRAME, Frame, levers
+from gesturec.runtime.reach import Graph, machine_graph
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The model as the runtime sees it.
+
+    Attributes
+    ----------
+    root_tokens, root_positions
+        Tokens fixed on the root (n_root,) and where, (n_root, 3) m, in the intrinsic frame.
+    machines, graphs, levers
+        One a machine.
+    state_start
+        Where each machine's states begin in arrays over all states, and their number: (n_machine + 1,).
+    middle
+        A configuration at which fixed tokens may be computed, (n_joint,).
+    """
+
+    artifact: Artifact
+    chain: Chain
+    root_tokens: NDArray[np.int64]
+    root_positions: Array
+    machines: tuple[MachineTables, ...]
+    graphs: tuple[Graph, ...]
+    levers: tuple[Array, ...]
+    state_start: NDArray[np.int64]
+    middle: Array
+    own_noise: Array  # (n_token,) m; NaN: the session's
+
+    @property
+    def n_token(self) -> int:
+        """Number of tokens."""
+        return len(self.artifact.manifest.tokens)
+
+    @property
+    def n_joint(self) -> int:
+        """Number of joints."""
+        return len(self.artifact.manifest.joints)
+
+    def parent_frame(self, machine: int, angles: Array) -> Frame:
+        """Frame in which a machine's table is, in the intrinsic one, for joint values (n_joint,)."""
+        segment = self.machines[machine].parent
+        if segment == 0:
+            return ROOT_FRAME
+        rotation, translation = forward(self.chain, complete_angles(self.chain, angles))
+        return Frame(rotation[segment], translation[segment])
+
+
+def lay_out(artifact: Artifact, period: float) -> Body:
+    """The body of an artifact; `period` is a step of machines without a tick."""
+    chain = chain_of(artifact.columns)
+    middle = np.zeros(chain.n_joint)
+    for tables in artifact.machines():
+        middle[tables.joints] = tables.angle[0]
+    middle = complete_angles(chain, middle)
+    positions = token_positions(chain, middle)
+    rotation, translation = forward(chain, middle)
+    columns = artifact.columns
+    root = np.flatnonzero((columns["token_machine"] < 0) & (columns["token_virtual"] == 0))
+    tables = artifact.machines()
+    speed = columns["joint_max_speed"]
+    graphs = tuple(machine_graph(t, np.asarray(speed[t.joints]), period) for t in tables)
+    reaches = tuple(levers(t, _base(t, rotation, translation)) for t in tables)
+    start = np.append(columns["machine_state_start"], sum(len(t.state_names) for t in tables))
+    return Body(artifact, chain, root, positions[root], tables, graphs, reaches, start.astype(np.int64), middle, columns["token_noise"])
+
+
+def _base(tables: MachineTables, rotation: Array, translation: Array) -> Array:
+    """Origin of a machine's first joint, in the frame of its table."""
+    first = int(tables.joints[0]) + 1
+    return np.asarray(rotation[tables.parent].T @ (translation[first] - translation[tables.parent]))

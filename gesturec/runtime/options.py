@@ -1,0 +1,71 @@
+"""What a session may be told, and what is made of it once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+DECODERS: Final = ("nearest", "viterbi", "forward", "fuzzy")
+DEFAULT_PERIOD: Final = 0.04  # s a step where neither the model nor the session says: the source paper's
+LONGEST_LAG: Final = 100_000  # frames that a session may hold back; `offline` has no bound but the take's
+
+
+@dataclass(frozen=True)
+class Options:
+    """A session's settings; lengths in m, times in s.
+
+    Attributes
+    ----------
+    rate
+        Frames a second; the period is a machine's step where the model has no `tick`.
+    bind
+        A binding's name, or a mapping as a binding file has it; None: choose by the points' names.
+    decoder
+        One of `DECODERS`.
+    lag
+        How long a decision may wait for later frames, s, or ``offline``.
+    noise
+        Standard deviation of a point; None: each point's covariance if given, else estimated.
+    scale
+        Size of the body over the model's; None: estimated.
+    growing
+        Whether the allowed set of `nearest` grows over a gap; False: the source paper's literal rule.
+    names
+        Names of the rows of arrays that will be given, if they have names.
+    up
+        The world's upward axis (``y``, ``-z``, ...) where the recording says it.
+    """
+
+    rate: float | None = None
+    bind: str | Mapping[str, Any] | None = None
+    decoder: str = "nearest"
+    lag: float | Literal["offline"] = 0.0
+    noise: float | None = None
+    scale: float | None = None
+    growing: bool = True
+    names: tuple[str, ...] | None = None
+    up: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.decoder not in DECODERS:
+            raise ValueError(f"decoder `{self.decoder}` is none of {', '.join(DECODERS)}")
+        for name in ("rate", "noise", "scale"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise ValueError(f"`{name}` is {value!r}: a positive number is needed")
+        if self.lag != "offline" and not (math.isfinite(float(self.lag)) and float(self.lag) >= 0):
+            raise ValueError(f"`lag` is {self.lag!r}: seconds, 0 or more, or `offline`")
+        if self.lag != "offline" and self.lag_frames > LONGEST_LAG:
+            raise ValueError(f"`lag` is {self.lag_frames} frames; the limit is {LONGEST_LAG} (use `offline`)")
+
+    @property
+    def period(self) -> float:
+        """Seconds a step for machines without a tick, and a frame for counting the lag."""
+        return 1 / self.rate if self.rate is not None else DEFAULT_PERIOD
+
+    @property
+    def lag_frames(self) -> int:
+        """Frames that a decision is held back; for ``offline`` this is unbounded and -1 is returned."""
+        return -1 if self.lag == "offline" else round(float(self.lag) / self.period)

@@ -1,0 +1,111 @@
+"""One frame's arrays and words from what its machines decided.
+
+In: decisions, pose, track. Out: a `FrameRecord` in dense ids and the `Step` that names things. Poses are
+truths over the states still possible: they hold where every candidate has them, and are unknown where
+candidates disagree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.kinematics import complete_angles
+from gesturec.runtime.body import Body
+from gesturec.runtime.nearest import Decision
+from gesturec.runtime.pose import PoseEstimate
+from gesturec.runtime.status import STATUS_ID, STATUSES, gravest
+from gesturec.runtime.step import FrameRecord, MachineWhy, Pose, State, Step
+from gesturec.runtime.tracker import Track
+
+Array = NDArray[np.float64]
+HOLDS, HOLDS_NOT, UNKNOWN = 1, 0, 2
+
+
+def make_record(
+    body: Body, frame: int, time: float, decisions: Sequence[Decision], pose: PoseEstimate | None, measured: Array, track: Track
+) -> FrameRecord:
+    """The frame as arrays."""
+    state = np.array([d.state for d in decisions], dtype=np.int32)
+    return FrameRecord(
+        time=time,
+        status=STATUS_ID[_frame_status(decisions, pose, measured)],
+        state=state,
+        probability=np.concatenate([d.probability for d in decisions]).astype(np.float32) if decisions else np.zeros(0, np.float32),
+        pose_rotation=np.full((3, 3), np.nan) if pose is None else pose.rotation,
+        pose_translation=np.full(3, np.nan) if pose is None else pose.translation,
+        scale=float("nan") if pose is None else float(np.exp(pose.log_scale)),
+        joint_angle=joint_angles(body, state),
+        measured=measured,
+        filtered=track.position,
+        decided_frame=np.where(state >= 0, frame, -1).astype(np.int32),
+        root_residual=float("nan") if pose is None else pose.residual,
+        poses=hold_poses(body, [d.candidates for d in decisions]),
+    )
+
+
+def _frame_status(decisions: Sequence[Decision], pose: PoseEstimate | None, measured: Array) -> str:
+    if not np.isfinite(measured).any():
+        return "no-tokens"
+    if pose is None:
+        return "pose-unknown"
+    words = tuple(d.status for d in decisions)
+    return gravest((*words, "ok" if pose.status == "ok" else pose.status))
+
+
+def joint_angles(body: Body, state: NDArray[np.int32]) -> Array:
+    """Value of every joint in the decided states, (n_joint,); NaN undecided."""
+    angles = np.full(body.n_joint, np.nan)
+    for tables, chosen in zip(body.machines, state, strict=True):
+        if chosen >= 0:
+            angles[tables.joints] = tables.angle[chosen]
+    fixed = complete_angles(body.chain, body.middle)
+    free = np.zeros(body.n_joint, dtype=bool)
+    for tables in body.machines:
+        free[tables.joints] = True
+    return np.where(free, angles, fixed)
+
+
+def hold_poses(body: Body, candidates: Sequence[NDArray[np.int64]]) -> NDArray[np.uint8]:
+    """Truth of each pose over the candidates: Kleene's and over machines, unknown where candidates differ."""
+    table = body.artifact.columns["pose_state"]
+    truth = np.ones(len(table), dtype=np.uint8)
+    for machine, states in enumerate(candidates):
+        block = table[:, body.state_start[machine] + states]
+        holds, fails = (block == HOLDS).all(1), (block == HOLDS_NOT).all(1)
+        word = np.where(holds, HOLDS, np.where(fails, HOLDS_NOT, UNKNOWN))
+        truth = np.where((truth == HOLDS_NOT) | (word == HOLDS_NOT), HOLDS_NOT, np.maximum(truth, word))
+    truth[body.artifact.columns["pose_program"] >= 0] = UNKNOWN
+    return truth.astype(np.uint8)
+
+
+def make_step(body: Body, frame: int, record: FrameRecord, decisions: Sequence[Decision], pose: PoseEstimate | None) -> Step:
+    """The frame in names."""
+    named = list(zip(body.machines, decisions, strict=True))
+    holding = record.poses == HOLDS
+    return Step(
+        frame_index=frame,
+        time=record.time,
+        status=STATUSES[record.status].name,
+        states={t.name: _state(body, t.joints, t.state_names, t.angle, d.state) for t, d in named},
+        candidates={t.name: tuple(t.state_names[s] for s in d.candidates) for t, d in named},
+        pose=None if pose is None else Pose(pose.rotation, pose.translation),
+        scale=record.scale,
+        poses=tuple(name for name, holds in zip(body.artifact.manifest.poses, holding, strict=True) if holds),
+        why={t.name: _why(d) for t, d in named},
+        record=record,
+    )
+
+
+def _state(body: Body, joints: NDArray[np.int32], names: Sequence[str], angle: Array, state: int) -> State | None:
+    if state < 0:
+        return None
+    labels = body.artifact.manifest.joints
+    values: Mapping[str, float] = {labels[j]: float(v) for j, v in zip(joints, angle[state], strict=True)}
+    return State(names[state], values)
+
+
+def _why(decision: Decision) -> MachineWhy:
+    return MachineWhy(decision.status, decision.seen, decision.chi_square, decision.limit, decision.reachable, 0)

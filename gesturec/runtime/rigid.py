@@ -1,0 +1,162 @@
+"""Pose and size of a rigid body from a few of its points, with their covariances.
+
+In: the body's points and where they were measured. Out: rotation, translation and log scale with their
+covariance, (7, 7) over rotation (rad, world axes), translation (m) and log scale. Horn's unit quaternion
+(1987) starts it; Gauss-Newton with every point's covariance and a prior on the scale ends it. Points on a
+line, or fewer than three, have no pose.
+
+A flat body seen with noise mostly along one direction may lock onto its mirror image along that
+direction: the fit is therefore started from both, and from the last pose where there is one.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.runtime.rotations import exponential, skew
+
+Array = NDArray[np.float64]
+FLATTEST: Final = 0.05  # second singular value over the first below which points count as on a line
+MOST_ROTATION: Final = 0.3  # rad a Gauss-Newton step; more lets a step jump onto the mirrored pose
+ITERATIONS: Final = 10
+CONVERGED: Final = 1e-12  # rad, and relative to the size: a step below it ends the iteration
+ROUND_NOISE: Final = 1.5  # ratio of largest to middle noise axis below which there is no view direction
+MIRROR_MARGIN: Final = 4.0  # chi-square by which another basin must be better to leave the last pose's
+
+
+class RigidFit(NamedTuple):
+    """Pose ``world = rotation @ (exp(log_scale) body) + translation`` and what it is worth."""
+
+    rotation: Array  # (3, 3)
+    translation: Array  # (3,)
+    log_scale: float
+    covariance: Array  # (7, 7)
+    cost: float  # chi-square of the residuals and the scale's prior
+    residual: Array  # (n, 3), measured - fitted, m
+
+
+def spans_plane(points: Array) -> bool:
+    """Whether points (n, 3) determine a rotation: three or more, not on a line."""
+    if len(points) < 3:
+        return False
+    size = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    return bool(size[1] > FLATTEST * size[0])
+
+
+def horn(body: Array, measured: Array) -> tuple[Array, Array]:
+    """Least-squares rotation and translation by the largest eigenvector of Horn's 4 x 4 matrix."""
+    centre_body, centre_measured = body.mean(0), measured.mean(0)
+    s = (body - centre_body).T @ (measured - centre_measured)
+    z = np.array([s[1, 2] - s[2, 1], s[2, 0] - s[0, 2], s[0, 1] - s[1, 0]])
+    matrix = np.empty((4, 4))
+    matrix[0, 0], matrix[0, 1:], matrix[1:, 0] = np.trace(s), z, z
+    matrix[1:, 1:] = s + s.T - np.trace(s) * np.eye(3)
+    w, v = np.linalg.eigh(matrix)[1][:, -1][0], np.linalg.eigh(matrix)[1][:, -1][1:]
+    rotation = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * skew(v)
+    return rotation, centre_measured - rotation @ centre_body
+
+
+def fit_rigid(
+    body: Array,
+    measured: Array,
+    covariance: Array,
+    log_scale: float = 0.0,
+    scale_deviation: float = 0.0,
+    previous: tuple[Array, Array] | None = None,
+) -> RigidFit | None:
+    """Most probable pose of `body` (n, 3) for `measured` (n, 3) with `covariance` (n, 3, 3).
+
+    Parameters
+    ----------
+    log_scale, scale_deviation
+        What is believed of the size before; a deviation of 0 fixes it.
+    previous
+        Rotation and translation of the frame before, which wins where the mirrored pose is as good.
+
+    Returns
+    -------
+    The fit, or None where the points do not determine one.
+    """
+    if not spans_plane(body):
+        return None
+    scaled = np.exp(log_scale) * body
+    starts = [horn(scaled, measured)]
+    starts += mirrored(scaled, measured, covariance, *starts[0])
+    weight = np.linalg.inv(covariance)
+    fits = [_gauss_newton(body, measured, weight, start, log_scale, scale_deviation) for start in starts]
+    best = min(fits, key=lambda fit: fit.cost)
+    if previous is None or len(fits) == 1:
+        return best
+    kept = max(fits, key=lambda fit: float(np.trace(previous[0].T @ fit.rotation)))
+    return kept if kept.cost < best.cost + MIRROR_MARGIN else best
+
+
+def mirrored(body: Array, measured: Array, covariance: Array, rotation: Array, translation: Array) -> list[tuple[Array, Array]]:
+    """The pose of a flat body's mirror image along the direction of most noise, if there is one.
+
+    With M the world's reflection along that direction and N the body's at its own plane, M R N is a
+    rotation that shows the same picture from there.
+    """
+    axes, vectors = np.linalg.eigh(covariance.mean(0))
+    _, size, normals = np.linalg.svd(body - body.mean(0))
+    if axes[2] < ROUND_NOISE**2 * axes[1] or size[2] > FLATTEST * size[0] + 3 * axes[2] ** 0.5:
+        return []
+    view, normal = vectors[:, 2], normals[2]
+    other = (np.eye(3) - 2 * np.outer(view, view)) @ rotation @ (np.eye(3) - 2 * np.outer(normal, normal))
+    return [(other, measured.mean(0) - other @ body.mean(0))]
+
+
+def observe(body: Array, rotation: Array, translation: Array, log_scale: float) -> tuple[Array, Array]:
+    """Where the points (n, 3) are predicted, and the Jacobian (n, 3, 7) of that."""
+    arm = np.exp(log_scale) * body @ rotation.T
+    jacobian = np.empty((len(body), 3, 7))
+    jacobian[:, :, :3] = -skew(arm)
+    jacobian[:, :, 3:6] = np.eye(3)
+    jacobian[:, :, 6] = arm
+    return arm + translation, jacobian
+
+
+def _gauss_newton(
+    body: Array, measured: Array, weight: Array, start: tuple[Array, Array], log_scale: float, scale_deviation: float
+) -> RigidFit:
+    rotation, translation = start
+    believed = log_scale
+    size = max(float(np.abs(body - body.mean(0)).max()), 1e-9)
+    free = 7 if scale_deviation > 0 else 6
+    prior = 1 / scale_deviation**2 if free == 7 else 0.0
+    for _ in range(ITERATIONS):
+        information, gradient = _normal_equations(body, measured, weight, rotation, translation, log_scale)
+        information[6, 6] += prior
+        gradient[6] -= prior * (log_scale - believed)
+        step = np.zeros(7)
+        step[:free] = np.linalg.solve(information[:free, :free], gradient[:free])
+        step *= min(1.0, MOST_ROTATION / max(float(np.linalg.norm(step[:3])), 1e-12))
+        rotation, translation = exponential(step[:3]) @ rotation, translation + step[3:6]
+        log_scale += float(step[6])
+        if np.abs(step[[0, 1, 2, 6]]).max() < CONVERGED and np.abs(step[3:6]).max() < CONVERGED * size:
+            break
+    predicted, jacobian = observe(body, rotation, translation, log_scale)
+    residual = measured - predicted
+    information = np.einsum("nia,nij,njb->ab", jacobian, weight, jacobian)
+    information[6, 6] += prior
+    covariance = np.zeros((7, 7))
+    covariance[:free, :free] = symmetric(np.linalg.inv(information[:free, :free]))
+    cost = float(np.einsum("ni,nij,nj->", residual, weight, residual)) + prior * (log_scale - believed) ** 2
+    return RigidFit(rotation, translation, log_scale, covariance, cost, residual)
+
+
+def _normal_equations(
+    body: Array, measured: Array, weight: Array, rotation: Array, translation: Array, log_scale: float
+) -> tuple[Array, Array]:
+    predicted, jacobian = observe(body, rotation, translation, log_scale)
+    weighted = np.einsum("nia,nij->naj", jacobian, weight)
+    information = np.einsum("naj,njb->ab", weighted, jacobian)
+    return information, np.einsum("naj,nj->a", weighted, measured - predicted)
+
+
+def symmetric(matrix: Array) -> Array:
+    """The symmetric part, which is what a covariance must be."""
+    return np.asarray((matrix + np.swapaxes(matrix, -1, -2)) / 2)
