@@ -1,0 +1,133 @@
+"""Which state a pose means, and which state a configuration is in.
+
+In: the artifact's state tables. Out: local state ids. Distances are in levels, as the language defines "nearest":
+a quantised joint's value is measured in steps of its own levels, any other joint's in parts of its machine's range.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.artifact import Artifact, MachineTables
+from gesturec.artifact.columns import VALUE_SOURCES
+from gesturec.diagnostics.errors import InputError
+from gesturec.diagnostics.suggest import nearest
+
+Array = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+QUANTISED: Final = VALUE_SOURCES.index("quantised")
+KEYED: Final = VALUE_SOURCES.index("keyed")
+TIE: Final = 1e-9
+"""Distances in levels closer than this are equal, and the lower id is taken."""
+
+BLOCK: Final = 4_000_000
+"""Numbers in one block of distances; 32 MB."""
+
+
+class Ruler(NamedTuple):
+    """How a machine's configurations are measured in levels: its free joints, and each one's scale."""
+
+    joints: Ids  # global ids
+    columns: Ids  # where they are in the machine's tables
+    level_values: tuple[Array | None, ...]  # of a quantised joint; None: `width` is one level
+    width: Array
+
+    def measure(self, angles: Array) -> Array:
+        """Values (..., n_free) in levels."""
+        measured = np.asarray(angles / self.width)
+        for place, values in enumerate(self.level_values):
+            if values is not None:
+                measured[..., place] = _fraction(angles[..., place], values)
+        return measured
+
+
+def _fraction(values: Array, levels: Array) -> Array:
+    """Place among the levels, from 0, continued beyond the ends with the outer spacing."""
+    if len(levels) == 1:
+        return np.asarray(values - levels[0])
+    inside = np.interp(values, levels, np.arange(len(levels)))
+    below = np.minimum(values - levels[0], 0) / (levels[1] - levels[0])
+    above = np.maximum(values - levels[-1], 0) / (levels[-1] - levels[-2])
+    return np.asarray(inside + below + above)
+
+
+def ruler(artifact: Artifact, machine: int) -> Ruler:
+    """The ruler of one machine."""
+    columns, tables = artifact.columns, artifact.machine(machine)
+    source = columns["joint_source"][tables.joints]
+    free = np.flatnonzero((source == QUANTISED) | (source == KEYED))
+    joints = tables.joints[free].astype(np.int64)
+    spans = np.ptp(tables.angle[:, free], axis=0) if len(tables.angle) else np.ones(len(free))
+    levels: list[Array | None] = []
+    for joint in joints:
+        start, count = int(columns["joint_level_start"][joint]), int(columns["joint_level_count"][joint])
+        levels.append(columns["level_value"][start : start + count] if count else None)
+    return Ruler(joints, free, tuple(levels), np.where(spans > 0, spans, 1.0))
+
+
+def nearest_state(artifact: Artifact, machine: int, angles: Array) -> NDArray[np.int32]:
+    """The state whose middle is nearest to each configuration (n, n_joint), rad or m; the lowest id at a tie."""
+    measure = ruler(artifact, machine)
+    states = measure.measure(artifact.machine(machine).angle[:, measure.columns])
+    wanted = measure.measure(angles[:, measure.joints])
+    rows = max(1, BLOCK // max(1, states.size))
+    found = np.empty(len(wanted), dtype=np.int32)
+    for start in range(0, len(wanted), rows):
+        part = wanted[start : start + rows]
+        distance = np.square(part[:, None] - states).sum(axis=2)
+        found[start : start + rows] = np.argmax(distance <= distance.min(axis=1, keepdims=True) + TIE, axis=1)
+    return found
+
+
+def rest_states(artifact: Artifact) -> list[int]:
+    """Each machine's state nearest to zero: where a path begins before its first pose."""
+    zero = np.zeros((1, len(artifact.manifest.joints)))
+    return [int(nearest_state(artifact, machine, zero)[0]) for machine in range(artifact.n_machine)]
+
+
+def pose_states(artifact: Artifact, pose: str, before: list[int]) -> list[int]:
+    """Each machine's state in `pose`: nearest to what it wants, then to the state before, then the lowest id.
+
+    Raises
+    ------
+    InputError
+        The model has no such pose, or it cannot be held by joints alone, or holds in no state.
+    """
+    manifest = artifact.manifest
+    if pose not in manifest.poses:
+        hint = nearest(pose, manifest.poses)
+        help_ = f"; did you mean `{hint}`?" if hint else f"; it has {', '.join(manifest.poses) or 'none'}"
+        raise InputError(f"the model has no pose `{pose}`{help_}", "--path")
+    truth = artifact.columns["pose_state"][manifest.poses.index(pose)]
+    if len(truth) and (truth == 2).all():
+        raise InputError(f"the pose `{pose}` speaks of the world or of motion, not of joints alone", "--path")
+    wanted = {joint: entry[0] for joint, entry in manifest.wanted.get(pose, {}).items()}
+    chosen = []
+    for machine in range(artifact.n_machine):
+        allowed = np.flatnonzero(truth[artifact.states(machine)] != 0)
+        if not len(allowed):
+            raise InputError(f"the pose `{pose}` holds in no state of `{manifest.machines[machine]}`", "--path")
+        chosen.append(_choose(artifact, machine, allowed, wanted, before[machine]))
+    return chosen
+
+
+def _choose(artifact: Artifact, machine: int, allowed: Ids, wanted: dict[str, float | None], before: int) -> int:
+    """The best of the allowed states of one machine."""
+    measure = ruler(artifact, machine)
+    tables: MachineTables = artifact.machine(machine)
+    states = measure.measure(tables.angle[:, measure.columns])
+    target = np.full(len(measure.joints), np.nan)
+    for place, joint in enumerate(measure.joints):
+        value = wanted.get(artifact.manifest.joints[joint])
+        target[place] = np.nan if value is None else value
+    asked = ~np.isnan(target)
+    filled = np.where(asked, target, tables.angle[before, measure.columns])
+    offset = np.abs(states[allowed] - measure.measure(filled))
+    to_wanted = (offset * asked).sum(axis=1)
+    to_before = np.abs(states[allowed] - states[before]).sum(axis=1)
+    order = np.lexsort((allowed, np.round(to_before / TIE), np.round(to_wanted / TIE)))
+    return int(allowed[order[0]])
