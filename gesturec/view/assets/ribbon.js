@@ -1,0 +1,189 @@
+// States over time: one row a machine, runs merged, what is undecided hatched; then status, gestures and poses.
+
+const ROW = 21, GAP = 4, LEFT = 104, RIGHT = 8;
+// One colour a status by what it asks of the reader: fine, carried on, open, wrong, unknown.
+const STATUS_COLORS = {
+  ok: "#a9d8b8", partial: "#cde6c3", coasting: "#f1df9a", any: "#e3e5e8", undecided: "#d3d6da", misfit: "#f0a38f", lost: "#f0a38f",
+  "pose-held": "#cbb9e3", "pose-unknown": "#b79bd9", "no-tokens": "#b79bd9", "time-refused": "#9aa0a8", "input-refused": "#9aa0a8", starting: "#e3e5e8",
+};
+const ribbon = {width: 0, playhead: null, names: []};
+
+/** Stretches of frames with one key: [[start, end, key], ...], end not included. */
+function runsOf(key) {
+  const runs = [];
+  for (let frame = 0; frame < frameCount; frame++) {
+    const value = key(frame), before = runs[runs.length - 1];
+    if (before && before[2] === value) before[1] = frame + 1;
+    else runs.push([frame, frame + 1, value]);
+  }
+  return runs;
+}
+
+const xOf = (frame) => LEFT + frame / frameCount * (ribbon.width - LEFT - RIGHT);
+
+/** A run as a rectangle with its name where that fits. */
+function block(parent, run, y, height, look) {
+  const [start, end] = run, x = xOf(start), wide = Math.max(0.6, xOf(end) - x - (xOf(end) - x > 4 ? 1 : 0));
+  const rect = svg("rect", {x: x.toFixed(2), y, width: wide.toFixed(2), height, rx: wide > 6 ? 2 : 0, fill: look.fill, class: look.kind || null});
+  rect.append(svg("title", {}, look.title));
+  parent.append(rect);
+  const fits = Math.floor((wide - 6) / 6.2);
+  if (fits >= look.text.length && look.text) parent.append(svg("text", {x: x + 4, y: y + height / 2 + 3.8, class: look.kind ? "run open" : "run"}, look.text));
+}
+
+function spanText(run) {
+  const end = Math.min(frameCount - 1, run[1]);
+  return `${clockText(run[0])} to ${clockText(end)}`;
+}
+
+function stateLook(machine, run) {
+  const [start, , key] = run;
+  if (key >= 0) return {fill: machine.colors[key] || "#b9cdea", text: machine.states[key], title: `${machine.name} ${machine.states[key]}, ${spanText(run)}`};
+  const word = data.statuses[-1 - key] ? data.statuses[-1 - key][0] : "undecided", wrong = word === "misfit" || word === "lost";
+  const text = wrong ? word : "undecided";
+  const middle = Math.floor((start + run[1]) / 2), found = candidates(machine, middle).map(([s, p]) => `${machine.states[s]} ${percent(p)}`);
+  const more = machine.possible[middle] - found.length;
+  const which = found.length ? `\n${found.join("\n")}${more > 0 ? `\nand ${more} more` : ""}` : "\nno candidates";
+  return {fill: wrong ? "url(#alarm)" : "url(#hatch)", kind: wrong ? "undecided misfit" : "undecided", text, title: `${machine.name}: ${text} (${word}), ${spanText(run)}${which}`};
+}
+
+function machineKey(machine, frame) {
+  const state = machine.state[frame];
+  return state >= 0 ? state : -1 - (machine.status[frame] === 255 ? statuses[frame] : machine.status[frame]);
+}
+
+function patterns() {
+  const defs = svg("defs");
+  for (const [id, line] of [["hatch", "hatch-line"], ["alarm", "alarm-line"]]) {
+    const pattern = svg("pattern", {id, width: 6, height: 6, patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)"});
+    pattern.append(svg("line", {x1: 0, y1: 0, x2: 0, y2: 6, class: line}));
+    defs.append(pattern);
+  }
+  return defs;
+}
+
+/** Rows of bars that may overlap: each goes into the first lane that is free. */
+function lanesOf(spans) {
+  const ends = [], lanes = [];
+  for (const span of [...spans].sort((a, b) => a.start - b.start)) {
+    let lane = ends.findIndex((end) => end <= span.start);
+    if (lane < 0) lane = ends.push(0) - 1;
+    ends[lane] = span.end;
+    lanes.push({...span, lane});
+  }
+  return {lanes, count: ends.length};
+}
+
+/** The first frame at or after a time; the last one if there is none. */
+function frameAt(time) {
+  for (let frame = 0; frame < frameCount; frame++) if (times[frame] >= time - 1e-9) return frame;
+  return frameCount - 1;
+}
+
+function eventSpans() {
+  return data.events.map((event) => {
+    const start = frameAt(event.start), end = event.end === null ? frameCount : Math.max(start + 1, frameAt(event.end) + 1);
+    const sure = event.confidence === null ? "" : `, confidence ${percent(event.confidence)}`;
+    return {start, end, text: event.name, fill: "#8fc79f", title: `${event.name}: ${event.start.toFixed(2)} s to ${event.end === null ? "the end" : `${event.end.toFixed(2)} s`}, decided at ${event.decided.toFixed(2)} s${sure}`};
+  });
+}
+
+function poseSpans() {
+  const spans = [];
+  for (const each of data.poses) {
+    if (each.name.includes(".")) continue;
+    for (const run of runsOf((frame) => each.value[frame])) {
+      if (run[2] === 1) spans.push({start: run[0], end: run[1], text: each.name, fill: "#a8c8e8", title: `${each.name}, ${spanText(run)}`});
+    }
+  }
+  return spans;
+}
+
+function rowName(root, text, y, machine = null) {
+  const short = text.length > 15 ? `${text.slice(0, 14)}…` : text;
+  const name = svg("text", {x: LEFT - 8, y: y + ROW / 2 + 4, "text-anchor": "end", class: machine === null ? "name soft" : "name", "data-machine": machine}, short);
+  name.append(svg("title", {}, text));
+  if (machine !== null) name.addEventListener("pointerdown", (event) => { event.stopPropagation(); show({machine, panel: -1}); });
+  root.append(name);
+  if (machine !== null) ribbon.names[machine] = name;
+}
+
+function laneBack(root, y) {
+  root.append(svg("rect", {x: LEFT, y, width: ribbon.width - LEFT - RIGHT, height: ROW, class: "lane", rx: 2}));
+}
+
+function spanRows(root, name, spans, y) {
+  const {lanes, count} = lanesOf(spans);
+  if (!count) return y;
+  rowName(root, name, y);
+  for (let lane = 0; lane < count; lane++) laneBack(root, y + lane * (ROW + 2));
+  for (const span of lanes) block(root, [span.start, span.end], y + span.lane * (ROW + 2), ROW, span);
+  return y + count * (ROW + 2) + GAP - 2;
+}
+
+function timeAxis(root, y) {
+  const known = times.filter(Number.isFinite);
+  if (known.length < 2) return;
+  const first = Math.min(known[0], known[known.length - 1]), last = Math.max(known[0], known[known.length - 1]);
+  const step = nice(Math.max(1e-6, (last - first) / Math.max(2, (ribbon.width - LEFT) / 90)) * 2);
+  const digits = Math.max(0, -Math.floor(Math.log10(step)));
+  for (let k = Math.ceil(first / step); k * step <= last; k++) {
+    const x = xOf(frameAt(k * step));
+    root.append(svg("line", {x1: x, x2: x, y1: y, y2: y + 4, class: "tick"}), svg("text", {x, y: y + 14, "text-anchor": "middle", class: "soft"}, `${(k * step).toFixed(digits)} s`));
+  }
+}
+
+function buildRibbon() {
+  const box = $("ribbon");
+  box.replaceChildren();
+  ribbon.width = box.clientWidth;
+  ribbon.names = [];
+  if (!frameCount) { box.append(make("p", {class: "empty"}, "no frames: nothing was decoded")); return; }
+  const root = svg("svg", {role: "img", "aria-label": "states over time"});
+  root.append(patterns());
+  let y = 2;
+  data.machines.forEach((machine, m) => {
+    rowName(root, machine.name, y, m);
+    laneBack(root, y);
+    for (const run of runsOf((frame) => machineKey(machine, frame))) block(root, run, y, ROW, stateLook(machine, run));
+    y += ROW + GAP;
+  });
+  rowName(root, "status", y);
+  for (const run of runsOf((frame) => statuses[frame])) {
+    const [word, doc] = data.statuses[run[2]];
+    block(root, run, y, ROW - 6, {fill: STATUS_COLORS[word] || "#d3d6da", text: word, title: `${word}: ${doc}; ${spanText(run)}`});
+  }
+  y += ROW - 6 + GAP;
+  y = spanRows(root, "gestures", eventSpans(), y);
+  y = spanRows(root, "poses", poseSpans(), y);
+  timeAxis(root, y);
+  ribbon.playhead = svg("line", {y1: 0, y2: y + 2, class: "playhead"});
+  root.append(ribbon.playhead);
+  root.setAttribute("height", y + 20);
+  root.setAttribute("viewBox", `0 0 ${ribbon.width} ${y + 20}`);
+  listen(root);
+  box.append(root);
+}
+
+function listen(root) {
+  const seek = (event) => {
+    const share = (event.clientX - root.getBoundingClientRect().left - LEFT) / (ribbon.width - LEFT - RIGHT);
+    show({frame: Math.floor(share * frameCount), playing: false});
+  };
+  root.addEventListener("pointerdown", (event) => { if (event.offsetX > LEFT - 4) { root.setPointerCapture(event.pointerId); seek(event); } });
+  root.addEventListener("pointermove", (event) => { if (event.buttons & 1 && root.hasPointerCapture(event.pointerId)) seek(event); });
+}
+
+function drawRibbon() {
+  if (!ribbon.playhead || !frameCount) return;
+  const x = xOf(view.frame + 0.5);
+  ribbon.playhead.setAttribute("x1", x);
+  ribbon.playhead.setAttribute("x2", x);
+  ribbon.names.forEach((name, m) => name.setAttribute("class", m === view.machine ? "name chosen" : "name"));
+}
+
+function startRibbon() {
+  buildRibbon();
+  new ResizeObserver(() => { if ($("ribbon").clientWidth !== ribbon.width) { buildRibbon(); drawRibbon(); } }).observe($("ribbon"));
+  drawers.push(drawRibbon);
+}

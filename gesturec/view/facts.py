@@ -1,0 +1,98 @@
+"""What the page's header says of a take: counts and shares as text, each with a sentence that explains it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.runtime.status import STATUS_ID
+
+if TYPE_CHECKING:
+    from gesturec.artifact.artifact import Artifact
+    from gesturec.runtime.step import Decoding
+
+Fact = tuple[str, str]
+
+
+def rate_of(time: NDArray[np.float64]) -> float | None:
+    """Frames a second: the inverse of the median of what rises between them; None where nothing does."""
+    dt = np.diff(time)
+    rising = dt[np.isfinite(dt) & (dt > 0)]
+    return float(1 / np.median(rising)) if len(rising) else None
+
+
+def header_facts(artifact: Artifact, decoding: Decoding) -> list[Fact]:
+    """The header's line, piece by piece."""
+    return [
+        (f"model {artifact.manifest.name}", _model_hint(artifact)),
+        (_frames_text(decoding), "frames of the take, and their median rate"),
+        *_share_facts(decoding),
+        *_hidden_facts(artifact, decoding),
+        *_scale_facts(decoding),
+        *_event_facts(decoding),
+    ]
+
+
+def _model_hint(artifact: Artifact) -> str:
+    machines = artifact.machines()
+    sizes = ", ".join(f"{tables.name} {len(tables.state_names):,}" for tables in machines)
+    return f"states: {sizes}" if machines else "a rigid body: no machines"
+
+
+def _frames_text(decoding: Decoding) -> str:
+    rate = rate_of(decoding.time)
+    count = len(decoding.time)
+    return f"{count:,} frame{'s' * (count != 1)}" + (f" @ {rate:.4g} Hz" if rate else "")
+
+
+def _share_facts(decoding: Decoding) -> list[Fact]:
+    """Shares of frames and machines that are decided, were decided late, are a misfit."""
+    facts = []
+    if decoding.state.size:
+        decided = decoding.state >= 0
+        facts.append((f"{_percent(decided.mean())} decided", "share of machines and frames with one state"))
+        late = decided & (decoding.decided_frame > np.arange(len(decoding.state))[:, None])
+        if late.any():
+            facts.append((f"{_percent(late.mean())} deferred", "share that a later frame settled"))
+    misfit = np.mean(decoding.status == STATUS_ID["misfit"]) if len(decoding.status) else 0.0
+    if misfit > 0:
+        facts.append((f"{_percent(misfit)} misfit", "share of frames in which some machine's tokens fit no state"))
+    unknown = np.mean(~np.isfinite(decoding.pose_translation).all(axis=1)) if len(decoding.time) else 0.0
+    if unknown > 0:
+        facts.append((f"{_percent(unknown)} without a pose", "share of frames in which the body's place is not known"))
+    return facts
+
+
+def _hidden_facts(artifact: Artifact, decoding: Decoding) -> list[Fact]:
+    """How much of the tokens that were ever seen is hidden."""
+    seen = np.isfinite(decoding.measured).all(axis=-1)
+    used = seen.any(axis=0)
+    if not used.any():
+        return []
+    hidden = 1 - seen[:, used].mean()
+    names = [name for name, full in zip(artifact.manifest.tokens, seen.all(axis=0), strict=True) if not full]
+    gaps = [name for name, ever in zip(artifact.manifest.tokens, used, strict=True) if ever and name in set(names)]
+    hint = f"hidden at times: {', '.join(gaps[:12])}{' …' * (len(gaps) > 12)}" if gaps else "every token is seen in every frame"
+    return [(f"{int(used.sum())} tokens, {_percent(hidden)} hidden", hint)]
+
+
+def _scale_facts(decoding: Decoding) -> list[Fact]:
+    known = decoding.scale[np.isfinite(decoding.scale)]
+    return [(f"scale {known[-1]:.3f}", "size of the body over the model's")] if len(known) else []
+
+
+def _event_facts(decoding: Decoding) -> list[Fact]:
+    count = len(decoding.events)
+    return [(f"{count} gesture{'s' * (count != 1)}", ", ".join(sorted({e.name for e in decoding.events})))] if count else []
+
+
+def _percent(share: float) -> str:
+    """A share in per cent; never 0 % or 100 % of what is neither."""
+    percent = 100 * float(share)
+    if 0 < percent < 0.1:
+        return "< 0.1 %"
+    if 99.9 < percent < 100:
+        return "> 99.9 %"
+    return f"{percent:.3g} %"

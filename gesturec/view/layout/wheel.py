@@ -1,0 +1,89 @@
+"""A cycle as a ring of its samples, a path as an open ring, states beside it in the middle.
+
+The way round runs clockwise from the top. Phases are coloured sectors behind the samples with their names outside; the
+states that are not on the cycle stand in the hub.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from gesturec.view.colors import cycle_colors
+from gesturec.view.layout.types import Anchor, Floats, Shape, Text, text_width
+
+SAMPLE_PX: Final = 11.0  # along the ring for each sample, where the ring is not larger anyway
+SMALLEST_RING_PX, LARGEST_RING_PX = 150.0, 420.0
+LARGEST_RADIUS_PX: Final = 10.0
+BAND_PX: Final = 17.0  # half the width of the phases' sectors
+LABEL_PX: Final = 14.0  # from the sectors to the phases' names
+# A path's ring stays open by this share of a turn, so that its ends are not taken for neighbours
+OPENING: Final = 1 / 8
+
+
+class PhaseSpan(NamedTuple):
+    """A named stretch of the way round, 0 to 1."""
+
+    name: str
+    start: float
+    end: float
+
+
+def wheel(
+    at: Floats, names: tuple[str, ...], phases: tuple[PhaseSpan, ...], closed: bool
+) -> tuple[Floats, float, float, float, tuple[Text, ...], tuple[Shape, ...]]:
+    """Places, width, height, radius, texts and sectors; `at` is NaN for a state beside the cycle."""
+    ring = np.flatnonzero(~np.isnan(at))
+    turn = 1.0 if closed else 1.0 - OPENING
+    size = float(np.clip(len(ring) * SAMPLE_PX / (2 * math.pi * turn), SMALLEST_RING_PX, LARGEST_RING_PX))
+    radius = min(LARGEST_RADIUS_PX, 0.42 * 2 * math.pi * turn * size / max(1, len(ring)))
+    label_room = max((text_width(phase.name) for phase in phases), default=0.0)
+    side, top = size + BAND_PX + LABEL_PX + label_room + 4, size + BAND_PX + LABEL_PX + 16
+    place = np.zeros((len(at), 2))
+    place[ring] = _around(at[ring] * turn, size)
+    hub = np.flatnonzero(np.isnan(at))
+    place[hub], hub_texts = _hub(hub, names, radius)
+    centre = np.array([side, top])
+    texts = [Text(t.x + side, t.y + top, t.text, t.anchor, t.panel, t.strong) for t in hub_texts]
+    texts += [_phase_text(phase, turn, size + BAND_PX + LABEL_PX, centre) for phase in phases]
+    shapes = tuple(_sector(phase, turn, size, centre) for phase in phases)
+    return place + centre, 2 * side, 2 * top, max(radius, 3.0), tuple(texts), shapes
+
+
+def _around(turn: Floats, radius: float) -> Floats:
+    angle = 2 * math.pi * turn
+    return np.stack([radius * np.sin(angle), -radius * np.cos(angle)], axis=1)
+
+
+def _hub(hub: np.ndarray, names: tuple[str, ...], radius: float) -> tuple[Floats, list[Text]]:  # type: ignore[type-arg]
+    """States beside the cycle: one in the middle, more on a circle of their own, named underneath."""
+    circle = 0.0 if len(hub) < 2 else max(40.0, 12.0 * len(hub))
+    place = _around(np.arange(len(hub)) / max(1, len(hub)), circle)
+    texts = [Text(x, y + radius + 15, names[s]) for (x, y), s in zip(place.tolist(), hub.tolist(), strict=True)]
+    return place, texts
+
+
+def _phase_text(phase: PhaseSpan, turn: float, distance: float, centre: Floats) -> Text:
+    middle = (phase.start + phase.end) / 2 * turn
+    (x, y), = _around(np.array([middle]), distance).tolist()
+    side = math.sin(2 * math.pi * middle)
+    anchor: Anchor = "middle" if abs(side) < 0.2 else "start" if side > 0 else "end"
+    return Text(x + centre[0], y + centre[1] + 4, phase.name.replace("_", " "), anchor)
+
+
+def _sector(phase: PhaseSpan, turn: float, size: float, centre: Floats) -> Shape:
+    """A ring sector over the phase, in the colour of its middle."""
+    gap = 0.0015
+    start, end = (phase.start + gap) * turn, max(phase.end - gap, phase.start + 2 * gap) * turn
+    outer, inner = (_around(np.array([start, end]), r) + centre for r in (size + BAND_PX, size - BAND_PX))
+    large = int(end - start > 0.5)
+    (ox0, oy0), (ox1, oy1) = outer.tolist()
+    (ix0, iy0), (ix1, iy1) = inner.tolist()
+    far, near = size + BAND_PX, size - BAND_PX
+    path = (
+        f"M{ox0:.1f} {oy0:.1f}A{far:.1f} {far:.1f} 0 {large} 1 {ox1:.1f} {oy1:.1f}"
+        f"L{ix1:.1f} {iy1:.1f}A{near:.1f} {near:.1f} 0 {large} 0 {ix0:.1f} {iy0:.1f}Z"
+    )
+    return Shape(path, fill=cycle_colors(np.array([(phase.start + phase.end) / 2]))[0])
