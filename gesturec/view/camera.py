@@ -35,7 +35,7 @@ def first_camera(rest: Floats, moving: Floats, rotation: Floats | None, up: Floa
 
     Returns
     -------
-    `{"toward": from the body to the camera, "up": ..., "radius": of the body, m}`, the first two unit vectors in the world.
+    `{"toward", "up", "radius"}`: unit vectors in the world, from the body to the camera and upwards; its size, m.
     """
     turned = np.eye(3) if rotation is None else rotation
     centred = rest - rest.mean(axis=0) if len(rest) else np.zeros((1, 3))
@@ -46,7 +46,7 @@ def first_camera(rest: Floats, moving: Floats, rotation: Floats | None, up: Floa
     bend = (moving - rest).mean(axis=0) if len(rest) else thin
     thin = thin * (-1.0 if thin @ bend < 0 else 1.0)
     along, thin = turned @ along, turned @ thin
-    radius = float(np.hypot(*np.array([np.abs(centred).max(), 0.0]))) if len(rest) else 0.1
+    radius = float(np.linalg.norm(centred, axis=1).max()) if len(rest) else 0.1
     vertical = along if up is None else np.asarray(up, float)
     toward = _standing(thin, vertical) if abs(thin @ vertical) < LYING else _lying(along, vertical)
     return {"toward": toward.tolist(), "up": vertical.tolist(), "radius": max(radius, 1e-3)}

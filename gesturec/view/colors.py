@@ -23,7 +23,13 @@ _GRID_HUE, _GRID_HUE_SPAN = 235.0, 75.0  # degrees: blue in the middle, green fo
 _CYCLE_LIGHTNESS, _CYCLE_CHROMA = 0.78, 0.11
 
 # OKLab to linear sRGB, both matrices from Ottosson's page
-_LAB_TO_LMS: Final = np.array([[1, 0.3963377774, 0.2158037573], [1, -0.1055613458, -0.0638541728], [1, -0.0894841775, -1.2914855480]])
+_LAB_TO_LMS: Final = np.array(
+    [
+        [1, 0.3963377774, 0.2158037573],
+        [1, -0.1055613458, -0.0638541728],
+        [1, -0.0894841775, -1.2914855480],
+    ]
+)
 _LMS_TO_RGB: Final = np.array(
     [
         [4.0767416621, -3.3077115913, 0.2309699292],

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Fact = tuple[str, str]
 
+_MOST_NAMES = 12  # tokens that a hint lists
+
 
 def rate_of(time: NDArray[np.float64]) -> float | None:
     """Frames a second: the inverse of the median of what rises between them; None where nothing does."""
@@ -56,10 +58,11 @@ def _share_facts(decoding: Decoding) -> list[Fact]:
         late = decided & (decoding.decided_frame > np.arange(len(decoding.state))[:, None])
         if late.any():
             facts.append((f"{_percent(late.mean())} deferred", "share that a later frame settled"))
-    misfit = np.mean(decoding.status == STATUS_ID["misfit"]) if len(decoding.status) else 0.0
+    misfit = float(np.mean(decoding.status == STATUS_ID["misfit"])) if len(decoding.status) else 0.0
     if misfit > 0:
         facts.append((f"{_percent(misfit)} misfit", "share of frames in which some machine's tokens fit no state"))
-    unknown = np.mean(~np.isfinite(decoding.pose_translation).all(axis=1)) if len(decoding.time) else 0.0
+    located = np.isfinite(decoding.pose_translation).all(axis=1)
+    unknown = 1.0 - float(located.mean()) if len(decoding.time) else 0.0
     if unknown > 0:
         facts.append((f"{_percent(unknown)} without a pose", "share of frames in which the body's place is not known"))
     return facts
@@ -67,15 +70,20 @@ def _share_facts(decoding: Decoding) -> list[Fact]:
 
 def _hidden_facts(artifact: Artifact, decoding: Decoding) -> list[Fact]:
     """How much of the tokens that were ever seen is hidden."""
-    seen = np.isfinite(decoding.measured).all(axis=-1)
-    used = seen.any(axis=0)
-    if not used.any():
+    share = seen_share(decoding)
+    used = np.flatnonzero(share > 0)
+    if not len(used):
         return []
-    hidden = 1 - seen[:, used].mean()
-    names = [name for name, full in zip(artifact.manifest.tokens, seen.all(axis=0), strict=True) if not full]
-    gaps = [name for name, ever in zip(artifact.manifest.tokens, used, strict=True) if ever and name in set(names)]
-    hint = f"hidden at times: {', '.join(gaps[:12])}{' …' * (len(gaps) > 12)}" if gaps else "every token is seen in every frame"
-    return [(f"{int(used.sum())} tokens, {_percent(hidden)} hidden", hint)]
+    gaps = [artifact.manifest.tokens[token] for token in used if share[token] < 1]
+    more = " …" if len(gaps) > _MOST_NAMES else ""
+    hint = f"hidden at times: {', '.join(gaps[:_MOST_NAMES])}{more}" if gaps else "every token is seen in every frame"
+    return [(f"{len(used)} tokens, {_percent(1 - share[used].mean())} hidden", hint)]
+
+
+def seen_share(decoding: Decoding) -> NDArray[np.float64]:
+    """In which share of the frames each token is seen, shape (n_token,)."""
+    seen = np.asarray(np.isfinite(decoding.measured).all(axis=-1), float)
+    return np.asarray(seen.mean(axis=0)) if len(seen) else np.zeros(seen.shape[1])
 
 
 def _scale_facts(decoding: Decoding) -> list[Fact]:
@@ -85,7 +93,8 @@ def _scale_facts(decoding: Decoding) -> list[Fact]:
 
 def _event_facts(decoding: Decoding) -> list[Fact]:
     count = len(decoding.events)
-    return [(f"{count} gesture{'s' * (count != 1)}", ", ".join(sorted({e.name for e in decoding.events})))] if count else []
+    names = ", ".join(sorted({event.name for event in decoding.events}))
+    return [(f"{count} gesture{'s' * (count != 1)}", names)] if count else []
 
 
 def _percent(share: float) -> str:

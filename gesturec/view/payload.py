@@ -9,12 +9,13 @@ key             value
 title, facts    what the header says: a text, and a list of `[text, hint]`
 model           `{name, description, digest}`
 up              the world's upward direction `[x, y, z]`, or null where nobody said it
-frames          `{count, every, time, rate, status, pose, scale}`: `every` k says that every k-th frame of the take is here;
-                `pose` packed (frame, 12), rotation by rows then translation, NaN unknown
+frames          `{count, every, time, rate, status, pose, scale}`: `every` k says that every k-th frame of the take is
+                here; `pose` packed (frame, 12), rotation by rows then translation, NaN unknown
 statuses        `[[name, doc], ...]`; `frames.status` counts in them
 camera          from where the body is first looked at, `camera.first_camera`
-body            `{nodes: packed points (frame, node, 3) in the intrinsic frame and scaled, machine, bones, whisker, hull}`
-tokens          `{names, colors, node, machine, measured: packed points (frame, token, 3) in the world}`
+body            `{nodes, machine, bones, whisker, hull}`, nodes packed points (frame, node, 3), intrinsic frame, scaled
+tokens          `{names, colors, node, machine, measured}`, a color null where none is given, measured packed points
+                (frame, token, 3) in the world
 machines        list of `{name, states, colors, joints, state, status, fit, candidate, probability, possible, graph}`;
                 `candidate` (frame, 6) the most probable states, -1 none; `probability` in 255ths; `possible` how many
                 there are; `fit` (frame, 3) chi-square, its limit, frames until decided
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-# Most bytes of base64 that positions may take; more frames are thinned out (`frames.every`), so that a page opens at once
+# Most bytes of base64 that positions may take; beyond, frames are thinned out, so that a page opens at once
 POSITION_BUDGET: Final = 6_000_000
 # Candidates told of a frame; the probability of the others is what is missing to one
 MOST_CANDIDATES: Final = 6
@@ -58,7 +59,7 @@ MOST_TRANSITIONS: Final = 200_000
 # A candidate less probable than this is not counted as possible
 LEAST_PROBABILITY: Final = 1e-3
 
-_AXES: Final = {sign + axis: [(-1.0 if sign else 1.0) * (axis == other) for other in "xyz"] for sign in ("", "-") for axis in "xyz"}
+_AXES: Final = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
 
 
 def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | None = None) -> dict[str, Any]:
@@ -171,9 +172,10 @@ def _rest_angles(artifact: Artifact) -> Floats:
 def _tokens(artifact: Artifact, skeleton: Skeleton, decoding: Decoding, frames: NDArray[np.int64]) -> dict[str, Any]:
     names = artifact.manifest.tokens
     machine = artifact.columns["token_machine"].tolist()
+    colors = artifact.manifest.token_colors
     return {
         "names": list(names),
-        "colors": [artifact.manifest.token_colors.get(name, machine_color(m)) for name, m in zip(names, machine, strict=True)],
+        "colors": [colors.get(name) for name in names],
         "node": skeleton.token_node.tolist(),
         "machine": machine,
         "measured": pack_points(np.asarray(decoding.measured[frames], float)),
@@ -201,7 +203,7 @@ def _machine(artifact: Artifact, decoding: Decoding, frames: NDArray[np.int64], 
 
 
 def _candidates(probability: NDArray[np.float32]) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """The most probable states of each frame, -1 where there are fewer, their probabilities in 255ths, and how many there are."""
+    """The most probable states of each frame (-1: no more), their probabilities in 255ths, how many are possible."""
     known = np.nan_to_num(probability)
     order = np.argsort(-known, axis=1, kind="stable")[:, :MOST_CANDIDATES]
     value = np.take_along_axis(known, order, axis=1)
@@ -234,8 +236,12 @@ def _graph(graph: GraphLayout, tables: MachineTables) -> dict[str, Any]:
         "arcs": graph.arcs.tolist(),
         "texts": [text._asdict() for text in graph.texts],
         "shapes": [shape._asdict() for shape in graph.shapes],
-        "successors": {"start": pack(tables.transition_start, "i4"), "target": pack(tables.transition_target, "i4")} if few else None,
+        "successors": _successors(tables) if few else None,
     }
+
+
+def _successors(tables: MachineTables) -> dict[str, Packed]:
+    return {"start": pack(tables.transition_start, "i4"), "target": pack(tables.transition_target, "i4")}
 
 
 def _poses(artifact: Artifact, decoding: Decoding, frames: NDArray[np.int64]) -> list[dict[str, Any]]:

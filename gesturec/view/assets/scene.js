@@ -88,7 +88,7 @@ function projector(width, height) {
   const {right, up, toward} = axes();
   const still = view.camera === "world";
   const target = still ? wholeMiddle : view.camera === "body" && firstPose >= 0 ? middles[firstPose] : middles[Math.max(0, view.frame)] || [0, 0, 0];
-  const radius = (still ? wholeRadius : data.camera.radius) * 1.12 / camera.zoom;
+  const radius = (still ? wholeRadius : data.camera.radius) / camera.zoom;
   const size = Math.min(width, height * 1.05) / 2 * LENS;
   const project = (point) => {
     const from = sub(point, target), depth = LENS * radius - dot3(from, toward);
@@ -189,7 +189,7 @@ function paintMeasured(at, model, color) {
   }
   pen.beginPath();
   pen.arc(at.x, at.y, 3.6, 0, 2 * Math.PI);
-  pen.fillStyle = color && !data.machines.some((machine) => machine.color === color) ? color : colorOf("--ink");
+  pen.fillStyle = color || colorOf("--ink");
   pen.fill();
   pen.lineWidth = 1.2;
   pen.strokeStyle = colorOf("--panel");

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 def transition_pairs(tables: MachineTables) -> tuple[Ints, Ints]:
     """Source and target of every transition that is not a stay."""
-    counts = np.diff(np.asarray(tables.transition_start, np.int64))
+    start = np.asarray(tables.transition_start, np.int64)
+    counts = start[1:] - start[:-1]
     source = np.repeat(np.arange(len(counts)), counts)
     target = np.asarray(tables.transition_target, np.int64)
     moves = source != target

@@ -42,6 +42,9 @@ if TYPE_CHECKING:
 MOST_STATES: Final = 20_000
 # Arcs of a map or a wheel; more are a disc of ink, and are told of in the caption instead
 MOST_ARCS_PER_STATE: Final = 6
+# States of a map whose names are written beside them, and how far circles then stand apart
+MOST_NAMES: Final = 40
+_NAMED_PX, _UNNAMED_PX = 64.0, 20.0
 _LABEL_PX: Final = 9.5
 
 
@@ -71,7 +74,8 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
         return None
     panel = np.zeros(len(tip), np.int64) if cut is None else axes.index[:, cut]
     titles = ("",) if cut is None else tuple(axes.label(cut, level) for level in range(axes.counts[cut]))
-    if np.bincount(panel, minlength=len(titles)).max() > MOST_NODES or np.bincount(panel, minlength=len(titles)).min() == 0:
+    crowd = np.bincount(panel, minlength=len(titles))
+    if crowd.max() > MOST_NODES or crowd.min() == 0:
         return None
     flat = _flat_slices(tip, panel, axes, _base(artifact, tables))
     if len(axes.names) > 1 and np.ptp(flat, axis=0).min() < THIN * np.ptp(flat, axis=0).max():
@@ -173,7 +177,7 @@ def innermost_phases(phases: tuple[Mapping[str, Any], ...]) -> Iterator[PhaseSpa
 
 
 def _wheel_arcs(tables: MachineTables, at: Floats) -> Ints:
-    """Steps to the next sample, and all that lead to or from the hub (a phase's, from its middle, where they are many)."""
+    """Steps to the next sample, and those to and from the hub where they are few."""
     source, target = transition_pairs(tables)
     beside = np.isnan(at)
     n_ring = int((~beside).sum())
@@ -191,13 +195,15 @@ def _map_layout(tables: MachineTables) -> GraphLayout:
     tokens = np.asarray(tables.token).reshape(n_state, -1)
     flat = _principal_plane(tokens)
     side = float(np.clip(130 * math.sqrt(n_state), 220, 900))
-    position, panels, radius = place_in_panels(flat, np.zeros(n_state, np.int64), ("",), 64.0 if n_state <= 40 else 20.0, side)
+    named = n_state <= MOST_NAMES
+    spacing = _NAMED_PX if named else _UNNAMED_PX
+    position, panels, radius = place_in_panels(flat, np.zeros(n_state, np.int64), ("",), spacing, side)
     radius = min(radius, 15.0)
-    named = n_state <= 40
     texts = [Text(x, y + radius + 13, name) for (x, y), name in zip(position.tolist(), tables.state_names, strict=True)]
     source, target = transition_pairs(tables)
     few = len(source) <= MOST_ARCS_PER_STATE * n_state
-    caption = f"{tables.name}: states where their tokens differ most" + ("" if few else f"; {len(source):,} transitions, none drawn")
+    rest = "" if few else f"; {len(source):,} transitions, none drawn"
+    caption = f"{tables.name}: states where their tokens differ most{rest}"
     return GraphLayout(
         "map",
         caption,

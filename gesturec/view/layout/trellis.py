@@ -18,7 +18,7 @@ WIDEST_PX: Final = 1500.0
 LARGEST_CELL_PX, SMALLEST_CELL_PX = 26.0, 9.0
 GAP_PX: Final = 10.0
 HEADER_PX: Final = 22.0
-FOOTER_PX: Final = 26.0
+ROW_TITLE_PX: Final = 24.0
 # Dots for removed combinations are left out beyond this many: they would outweigh the states
 MOST_DOTS: Final = 5000
 
@@ -40,21 +40,29 @@ def trellis(axes: GridAxes) -> tuple[Floats, Ints, tuple[Panel, ...], float, tup
     down, across = (counts[inner[0]], counts[inner[1]]) if len(inner) == 2 else (1, counts[inner[0]])
     n_column = 1 if column is None else counts[column]
     cell = float(np.clip((WIDEST_PX / n_column - GAP_PX) / across, SMALLEST_CELL_PX, LARGEST_CELL_PX))
-    row_keys = list(itertools.product(*(range(counts[axis]) for axis in rows)))
-    row_titles = [" · ".join(axes.label(axis, level) for axis, level in zip(rows, key, strict=True)) for key in row_keys]
-    left = max((text_width(title) for title in row_titles), default=0.0) + 8 * bool(rows) + 2
-    width, height = across * cell + 4, down * cell + 4
-    panels = tuple(
-        Panel("", left + c * (width + GAP_PX), HEADER_PX + r * (height + GAP_PX), width, height)
-        for r in range(len(row_keys))
-        for c in range(n_column)
-    )
+    row_titles = _row_titles(axes, rows)
+    panels = _panels(len(row_titles), n_column, across * cell + 4, down * cell + 4, bool(rows))
     panel = _row_number(axes.index, rows, counts) * n_column + (0 if column is None else axes.index[:, column])
     inside = np.stack([axes.index[:, inner[-1]], axes.index[:, inner[0]] if len(inner) == 2 else 0 * panel], axis=1)
     corner = np.array([[p.x, p.y] for p in panels])
     place = corner[panel] + (inside + 0.5) * cell + 2
-    texts = _headers(axes, column, panels, n_column, row_titles, left, inner)
-    return place, panel, panels, 0.36 * cell, texts, _dots(panels, panel, inside, down, across, cell)
+    titles = [Text(0, panels[r * n_column].y - 5, title, "start") for r, title in enumerate(row_titles) if title]
+    texts = (*_column_titles(axes, column, panels[:n_column]), *titles, *_footer(axes, inner, panels[-1]))
+    return place, panel, panels, 0.36 * cell, texts, _dots(panels, panel, inside, (down, across), cell)
+
+
+def _row_titles(axes: GridAxes, rows: tuple[int, ...]) -> list[str]:
+    """A title for each row of panels; one empty one where nothing tells rows apart."""
+    keys = itertools.product(*(range(axes.counts[axis]) for axis in rows))
+    return [" · ".join(axes.label(axis, level) for axis, level in zip(rows, key, strict=True)) for key in keys]
+
+
+def _panels(n_row: int, n_column: int, width: float, height: float, titled: bool) -> tuple[Panel, ...]:
+    pitch = height + (ROW_TITLE_PX if titled else GAP_PX)
+    top = HEADER_PX + (ROW_TITLE_PX - GAP_PX if titled else 0)
+    return tuple(
+        Panel("", c * (width + GAP_PX), top + r * pitch, width, height) for r in range(n_row) for c in range(n_column)
+    )
 
 
 def _row_number(index: Ints, rows: tuple[int, ...], counts: tuple[int, ...]) -> Ints:
@@ -64,27 +72,28 @@ def _row_number(index: Ints, rows: tuple[int, ...], counts: tuple[int, ...]) -> 
     return number
 
 
-def _headers(
-    axes: GridAxes,
-    column: int | None,
-    panels: tuple[Panel, ...],
-    n_column: int,
-    row_titles: list[str],
-    left: float,
-    inner: tuple[int, ...],
-) -> tuple[Text, ...]:
-    """Levels above the columns and left of the rows, and the inner joints' levels below."""
-    texts = [Text(left - 8, panels[r * n_column].y + panels[0].height / 2 + 4, t, "end") for r, t in enumerate(row_titles) if t]
-    if column is not None:
-        narrow = text_width(axes.label(column, 0)) > panels[0].width
-        for c in range(n_column):
-            title = axes.levels[column][c] if narrow and c else axes.label(column, c)
-            texts.append(Text(panels[c].x + (0 if c == 0 and narrow else panels[c].width / 2), HEADER_PX - 8, title, "start" if c == 0 and narrow else "middle"))
-    bottom = panels[-1].y + panels[-1].height
-    arrows = ("down", "across")[2 - len(inner) :]
-    words = [f"{axes.names[axis]} {way}: {' '.join(_thin(axes.levels[axis]))}" for axis, way in zip(inner, arrows, strict=True)]
-    texts += [Text(left, bottom + 17 + 15 * k, word, "start") for k, word in enumerate(reversed(words))]
-    return tuple(texts)
+def _column_titles(axes: GridAxes, column: int | None, panels: tuple[Panel, ...]) -> list[Text]:
+    """Levels above the columns, with the joint's name as often as it fits."""
+    if column is None:
+        return []
+    y = HEADER_PX - 8
+    if text_width(axes.label(column, len(panels) - 1)) <= panels[0].width:
+        return [Text(p.x + p.width / 2, y, axes.label(column, c)) for c, p in enumerate(panels)]
+    levels = axes.levels[column]
+    return [Text(0, y, axes.label(column, 0), "start")] + [
+        Text(p.x + p.width / 2, y, levels[c])
+        for c, p in enumerate(panels)
+        if c and p.x > text_width(axes.label(column, 0))
+    ]
+
+
+def _footer(axes: GridAxes, inner: tuple[int, ...], last: Panel) -> list[Text]:
+    """What the directions inside a panel are."""
+    ways = ("down", "across")[2 - len(inner) :]
+    named = zip(inner, ways, strict=True)
+    words = [f"{axes.names[axis]} {way}: {' '.join(_thin(axes.levels[axis]))}" for axis, way in named]
+    bottom = last.y + last.height
+    return [Text(0, bottom + 17 + 15 * k, word, "start") for k, word in enumerate(reversed(words))]
 
 
 def _thin(labels: tuple[str, ...], most: int = 9) -> tuple[str, ...]:
@@ -92,12 +101,17 @@ def _thin(labels: tuple[str, ...], most: int = 9) -> tuple[str, ...]:
     return labels if len(labels) <= most else (labels[0], labels[1], "…", labels[-1])
 
 
-def _dots(panels: tuple[Panel, ...], panel: Ints, inside: Ints, down: int, across: int, cell: float) -> tuple[Shape, ...]:
+def _dots(
+    panels: tuple[Panel, ...], panel: Ints, inside: Ints, shape: tuple[int, int], cell: float
+) -> tuple[Shape, ...]:
+    down, across = shape
     size = len(panels) * down * across
     if size > MOST_DOTS + len(panel):
         return ()
     missing = np.ones((len(panels), down, across), bool)
     missing[panel, inside[:, 1], inside[:, 0]] = False
-    spots = [(panels[p].x + (x + 0.5) * cell + 2, panels[p].y + (y + 0.5) * cell + 2) for p, y, x in np.argwhere(missing)]
-    path = "".join(f"M{x - 1:.1f} {y:.1f}a1 1 0 1 0 2 0a1 1 0 1 0 -2 0" for x, y in spots)
+    spot, y, x = np.nonzero(missing)
+    corner = np.array([[p.x, p.y] for p in panels])[spot]
+    place = corner + (np.stack([x, y], axis=1) + 0.5) * cell + 2
+    path = "".join(f"M{x - 1:.1f} {y:.1f}a1 1 0 1 0 2 0a1 1 0 1 0 -2 0" for x, y in place.tolist())
     return (Shape(path, fill="#b8b8b8"),) if path else ()

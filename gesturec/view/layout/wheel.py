@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from gesturec.view.colors import cycle_colors
-from gesturec.view.layout.types import Anchor, Floats, Shape, Text, text_width
+from gesturec.view.layout.types import Anchor, Floats, Ints, Shape, Text, text_width
 
 SAMPLE_PX: Final = 11.0  # along the ring for each sample, where the ring is not larger anyway
 SMALLEST_RING_PX, LARGEST_RING_PX = 150.0, 420.0
@@ -57,7 +57,7 @@ def _around(turn: Floats, radius: float) -> Floats:
     return np.stack([radius * np.sin(angle), -radius * np.cos(angle)], axis=1)
 
 
-def _hub(hub: np.ndarray, names: tuple[str, ...], radius: float) -> tuple[Floats, list[Text]]:  # type: ignore[type-arg]
+def _hub(hub: Ints, names: tuple[str, ...], radius: float) -> tuple[Floats, list[Text]]:
     """States beside the cycle: one in the middle, more on a circle of their own, named underneath."""
     circle = 0.0 if len(hub) < 2 else max(40.0, 12.0 * len(hub))
     place = _around(np.arange(len(hub)) / max(1, len(hub)), circle)
@@ -67,7 +67,7 @@ def _hub(hub: np.ndarray, names: tuple[str, ...], radius: float) -> tuple[Floats
 
 def _phase_text(phase: PhaseSpan, turn: float, distance: float, centre: Floats) -> Text:
     middle = (phase.start + phase.end) / 2 * turn
-    (x, y), = _around(np.array([middle]), distance).tolist()
+    ((x, y),) = _around(np.array([middle]), distance).tolist()
     side = math.sin(2 * math.pi * middle)
     anchor: Anchor = "middle" if abs(side) < 0.2 else "start" if side > 0 else "end"
     return Text(x + centre[0], y + centre[1] + 4, phase.name.replace("_", " "), anchor)
