@@ -1,0 +1,139 @@
+"""`gesturec decode MODEL RECORDING... -o OUT`: recordings to states, pose and what is not known."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gesturec.cli.models import add_model_options, load_artifact
+from gesturec.cli.recordings import add_recording_options
+from gesturec.cli.usage import UsageError, count, lag, positive_length, scale
+
+if TYPE_CHECKING:
+    from gesturec.artifact.artifact import Artifact
+    from gesturec.cli.decoding import Outcome
+
+EPILOG = """OUT.html is a page, OUT.jsonl everything a frame, OUT.csv the states alone; OUT without a suffix makes
+OUT.states.csv and OUT.events.csv. With several recordings OUT is a folder of such pairs."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("model", metavar="MODEL", help="a model (.yaml, .gcm, a shipped name)")
+    parser.add_argument("recordings", metavar="RECORDING", nargs="+", help="a recording; - is CSV on standard input")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help="where to write, see below")
+    add_model_options(parser)
+    add_recording_options(parser)
+    parser.add_argument(
+        "--bind", metavar="NAME|MAP.yaml", help="whose names the points have (default: the one that fits)"
+    )
+    parser.add_argument(
+        "--decoder", default="nearest", metavar="NAME", help="nearest, viterbi, forward or fuzzy (default: nearest)"
+    )
+    parser.add_argument(
+        "--noise", type=positive_length, metavar="LENGTH", help="noise of a point, like 2mm (default: estimated)"
+    )
+    parser.add_argument(
+        "--lag", type=lag, default=0.0, metavar="TIME", help="how long a decision may wait, or `offline` (default: 0s)"
+    )
+    parser.add_argument(
+        "--scale", type=scale, metavar="auto|X", help="size of the body over the model's (default: auto)"
+    )
+    parser.add_argument("-j", "--jobs", type=count, default=1, metavar="N", help="recordings that are decoded at once")
+    parser.add_argument("--resume", action="store_true", help="leave out recordings whose states are there already")
+    parser.add_argument("--json", action="store_true", help="the summary as JSON")
+
+
+def run(options: Namespace) -> int:
+    """Decode every recording, and say what came out."""
+    from gesturec.cli.decoding import plan_jobs, run_jobs
+
+    session = session_options(options)
+    jobs = plan_jobs(options)
+    artifact = load_artifact(options.model, options)
+    check_binding(artifact, session)
+    waiting = [job for job in jobs if not (options.resume and job.is_done())]
+    outcomes = run_jobs(artifact, waiting, session, options)
+    _report(artifact, outcomes, len(jobs) - len(waiting), options)
+    return 1 if any(outcome.error for outcome in outcomes) else 0
+
+
+def session_options(options: Namespace) -> dict[str, Any]:
+    """What the command line says to the session; wrong usage where it makes no sense."""
+    from gesturec.runtime.options import Options
+
+    bind: Any = options.bind
+    if bind is not None and Path(bind).suffix in (".yaml", ".yml"):
+        from gesturec.recordings.plain_yaml import load_plain_yaml
+
+        bind = load_plain_yaml(bind)
+        if not isinstance(bind, dict):
+            raise UsageError(f"{options.bind} is not a binding: a mapping of our tokens to their names")
+    session = {
+        "bind": bind,
+        "decoder": options.decoder,
+        "noise": options.noise,
+        "lag": options.lag,
+        "scale": options.scale,
+    }
+    try:
+        Options(**session)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    return session
+
+
+def check_binding(artifact: Artifact, session: dict[str, Any]) -> None:
+    """Refuse what the model itself does not have, before anything is read."""
+    from gesturec.runtime.session import Session
+
+    try:
+        Session(artifact, **session)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+
+
+def _report(artifact: Artifact, outcomes: list[Outcome], skipped: int, options: Namespace) -> None:
+    """The summary of every recording, on standard output unless that is the result's place."""
+    stream = sys.stderr if options.output == "-" else sys.stdout
+    if options.json:
+        rows = [{"recording": o.recording, "error": o.error, "files": o.files, **o.summary} for o in outcomes]
+        print(json.dumps(rows, indent=2, ensure_ascii=False), file=stream)
+    for outcome in outcomes:
+        if outcome.error:
+            print(f"error: {outcome.error}", file=sys.stderr)
+        elif not options.json:
+            print(summary_text(outcome), file=stream)
+        if outcome.summary.get("misfit"):
+            print(misfit_warning(outcome), file=sys.stderr)
+    if skipped:
+        print(f"{skipped} recordings were decoded already and left out (--resume)", file=sys.stderr)
+    if artifact.manifest.gestures:
+        count_ = len(artifact.manifest.gestures)
+        print(f"note: the model's {count_} gestures are kept, but running them is not built yet", file=sys.stderr)
+
+
+def summary_text(outcome: Outcome) -> str:
+    """One recording's summary."""
+    from gesturec.cli.info_command import table
+
+    summary = outcome.summary
+    size = "unknown" if summary["scale"] is None else f"{summary['scale']:.4g}"
+    head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, scale {size}"
+    rows: list[tuple[str, ...]] = [("  machine", "decided", "deferred", "misfit", "lost")]
+    for name, shares in summary["machines"].items():
+        rows.append((f"  {name}", *(f"{shares[key]:.1%}" for key in ("decided", "deferred", "misfit", "lost"))))
+    notes = [f"  note: {note}" for note in summary["notes"]]
+    return "\n".join([head, *table(rows), *notes, f"  -> {', '.join(outcome.files)}"])
+
+
+def misfit_warning(outcome: Outcome) -> str:
+    """Loud, because every number of the take is then worth nothing."""
+    bad, frames = outcome.summary["misfit_frames"], outcome.summary["frames"]
+    return (
+        f"warning: MISFIT: {outcome.recording} does not fit the model in {bad:,} of {frames:,} frames: another body, "
+        "the other hand (--set side=...), another unit (--units) or another binding (--bind)?"
+    )

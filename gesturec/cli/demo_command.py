@@ -1,0 +1,95 @@
+"""`gesturec demo`: the whole way once, from the shipped hand to a page, in a few seconds."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import time
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any, Final
+
+from gesturec.cli.models import model_path
+from gesturec.cli.output import check_folder, text_output
+
+PATH: Final = ("flat", "fist", "flat")
+DURATION: Final = 3.0  # s: each way takes as long as the paper's fist
+NOISE: Final = 0.002  # m, of every coordinate: what two cameras a metre away see
+HIDDEN: Final = ("index.tip@0.6-1.2", "thumb.tip@1.8-2.1")
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("--no-open", action="store_true", help="do not open the page in a browser")
+    parser.add_argument(
+        "-o", "--output", metavar="F.html", help="where to write the page (default: a new folder for such)"
+    )
+    parser.add_argument("--json", action="store_true", help="say what was done as JSON")
+
+
+def run(options: Namespace) -> int:
+    """Compile, simulate, decode, show."""
+    if options.output is not None:
+        check_folder(Path(options.output))
+    began = time.perf_counter()
+    facts, page = _demo()
+    output = options.output or str(Path(tempfile.mkdtemp(prefix="gesturec-demo-")) / "demo.html")
+    with text_output(output) as stream:
+        stream.write(page)
+    facts |= {"page": output, "seconds": round(time.perf_counter() - began, 3)}
+    if options.json:
+        print(json.dumps(facts, indent=2))
+    else:
+        _tell(facts)
+    if not options.no_open:
+        _open(output)
+    return 0
+
+
+def _demo() -> tuple[dict[str, Any], str]:
+    """What was done, and the page."""
+    from gesturec.compile import compile_artifact
+    from gesturec.runtime.decode import decode
+    from gesturec.simulate.hiding import parse_hidden
+    from gesturec.simulate.simulation import SimulateOptions, simulate
+    from gesturec.view.page import render_page
+
+    artifact = compile_artifact(model_path("hand"))
+    hidden = tuple(parse_hidden(text, artifact.manifest) for text in HIDDEN)
+    take = simulate(artifact, SimulateOptions(PATH, DURATION, noise=NOISE, hidden=hidden, seed=1))
+    decoding = decode(artifact, take.recording)
+    decided = decoding.state >= 0
+    facts = {
+        "machines": list(artifact.manifest.machines),
+        "states": int(artifact.columns["machine_state_count"].sum()),
+        "frames": len(decoding.time),
+        "hidden": list(HIDDEN),
+        "noise": NOISE,
+        "decided": float(decided.mean()),
+        "exact": float((decoding.state == take.truth.state)[decided].mean()),
+    }
+    return facts, render_page(artifact, decoding, "a noisy fist, with tokens hidden")
+
+
+def _tell(facts: dict[str, Any]) -> None:
+    """The facts as text."""
+    print(f"compiled  the shipped hand: {len(facts['machines'])} machines, {facts['states']:,} states")
+    print(
+        f"simulated {' -> '.join(PATH)}: {facts['frames']} frames, {facts['noise'] * 1000:g} mm noise, hidden {', '.join(HIDDEN)}"
+    )
+    print(
+        f"decoded   {facts['decided']:.1%} of finger-frames; {facts['exact']:.1%} of them exactly the simulated state"
+    )
+    print(f"page      {facts['page']}  ({facts['seconds']:g} s in all)")
+
+
+def _open(page: str) -> None:
+    """Show the page where there is something to show it on."""
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        print("          (no display here: open it in a browser)", file=sys.stderr)
+        return
+    import webbrowser
+
+    webbrowser.open(Path(page).resolve().as_uri())

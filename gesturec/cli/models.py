@@ -1,0 +1,90 @@
+"""A model argument: YAML (compiled on the fly), a compiled file, `-` for YAML on standard input, or a shipped name."""
+
+from __future__ import annotations
+
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gesturec.cli.usage import UsageError, count, setting
+from gesturec.diagnostics.errors import InputError
+from gesturec.shipped import shipped_models
+
+if TYPE_CHECKING:
+    from gesturec.artifact.artifact import Artifact
+
+SOURCES = (".yaml", ".yml")
+COMPILED = ".gcm"
+
+
+def add_model_options(parser: ArgumentParser) -> None:
+    """Options of whatever compiles a model."""
+    parser.add_argument(
+        "--set",
+        dest="settings",
+        action="append",
+        type=setting,
+        default=[],
+        metavar="NAME=VALUE",
+        help="a parameter's value (again for more)",
+    )
+    parser.add_argument("--max-states", type=count, metavar="N", help="most states of one machine")
+
+
+def is_model(text: str) -> bool:
+    """Whether an argument names a model and no recording."""
+    path = Path(text)
+    return path.suffix in (*SOURCES, COMPILED) or (text in shipped_models() and not path.exists())
+
+
+def model_path(text: str) -> Path:
+    """The file of a model argument: a path, or a shipped name where no file is called so."""
+    path = Path(text)
+    if path.suffix in (*SOURCES, COMPILED) or path.exists():
+        return path
+    if text in shipped_models():
+        return shipped_models()[text]
+    from gesturec.diagnostics.suggest import nearest
+
+    hint = nearest(text, shipped_models())
+    known = ", ".join(shipped_models())
+    raise InputError(
+        f"no such file, nor a shipped model ({known})" + (f"; did you mean `{hint}`?" if hint else ""), text
+    )
+
+
+def load_artifact(text: str, options: Namespace) -> Artifact:
+    """The compiled model of an argument."""
+    if text != "-" and model_path(text).suffix == COMPILED:
+        from gesturec.artifact.store import load
+
+        if options.settings:
+            raise UsageError(f"--set changes a model before it is compiled, and {text} is compiled already")
+        return load(model_path(text))
+    from gesturec.compile import compile_artifact
+
+    return compile_artifact(source_of(text), **compile_options(options))
+
+
+def source_of(text: str) -> Any:
+    """What the compiler reads: a path as the user wrote it, or the text of standard input."""
+    if text != "-":
+        return model_path(text)
+    from gesturec.diagnostics.source import Source
+
+    try:
+        return Source("<stdin>", sys.stdin.buffer.read().decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError("the model is not UTF-8 text", "<stdin>") from error
+
+
+def compile_options(options: Namespace) -> dict[str, Any]:
+    """What the command line says to the compiler."""
+    from gesturec.expansion.limits import DEFAULT_LIMITS, Limits
+
+    settings = dict(options.settings)
+    if len(settings) < len(options.settings):
+        raise UsageError("--set gives one parameter two values")
+    limits = DEFAULT_LIMITS if options.max_states is None else Limits(max_states=options.max_states)
+    return {"set": settings, "limits": limits}

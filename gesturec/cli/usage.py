@@ -1,0 +1,88 @@
+"""Wrong usage that argparse cannot see, and the quantities that options take."""
+
+from __future__ import annotations
+
+import re
+from argparse import ArgumentTypeError
+from typing import Final
+
+from gesturec.recordings.units import METRES
+
+SECONDS: Final = {"s": 1.0, "ms": 1e-3, "min": 60.0}
+QUANTITY: Final = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-z]*)\s*")
+
+
+class UsageError(Exception):
+    """What was asked for makes no sense; exit code 2."""
+
+
+def length(text: str) -> float:
+    """`3mm` in metres; a bare number is in metres.
+
+    >>> length("3mm")
+    0.003
+    """
+    return _quantity(text, METRES, "m", "a length like `2mm`")
+
+
+def duration(text: str) -> float:
+    """`200ms` in seconds; a bare number is in seconds."""
+    return _quantity(text, SECONDS, "s", "a time like `0.2s`")
+
+
+def lag(text: str) -> float | str:
+    """A time of 0 or more, or `offline`."""
+    if text == "offline":
+        return text
+    seconds = duration(text)
+    if seconds < 0:
+        raise ArgumentTypeError(f"`{text}` is negative; a lag is 0 or more, or `offline`")
+    return seconds
+
+
+def positive_length(text: str) -> float:
+    """A length above zero."""
+    return _positive(length(text), text)
+
+
+def positive_duration(text: str) -> float:
+    """A time above zero."""
+    return _positive(duration(text), text)
+
+
+def positive(text: str) -> float:
+    """A number above zero."""
+    return _positive(_quantity(text, {}, "", "a number"), text)
+
+
+def count(text: str) -> int:
+    """A whole number of one or more."""
+    if not text.isascii() or not text.isdigit() or int(text) < 1:
+        raise ArgumentTypeError(f"`{text}` is not a whole number above zero")
+    return int(text)
+
+
+def scale(text: str) -> float | None:
+    """`auto`, or the size of the body over the model's."""
+    return None if text == "auto" else positive(text)
+
+
+def setting(text: str) -> tuple[str, str]:
+    """`name=value`."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise ArgumentTypeError(f"`{text}` is not like `name=value`")
+    return name.strip(), value.strip()
+
+
+def _positive(value: float, text: str) -> float:
+    if not 0 < value < float("inf"):
+        raise ArgumentTypeError(f"`{text}` is not above zero")
+    return value
+
+
+def _quantity(text: str, units: dict[str, float], bare: str, wanted: str) -> float:
+    match = QUANTITY.fullmatch(text)
+    if match is None or (match["unit"] or bare) not in {bare, *units}:
+        raise ArgumentTypeError(f"`{text}` is not {wanted}" + (f" ({', '.join(units)})" if units else ""))
+    return float(match["number"]) * units.get(match["unit"] or bare, 1.0)
