@@ -76,12 +76,10 @@ def _demo() -> tuple[dict[str, Any], str]:
 def _tell(facts: dict[str, Any]) -> None:
     """The facts as text."""
     print(f"compiled  the shipped hand: {len(facts['machines'])} machines, {facts['states']:,} states")
-    print(
-        f"simulated {' -> '.join(PATH)}: {facts['frames']} frames, {facts['noise'] * 1000:g} mm noise, hidden {', '.join(HIDDEN)}"
-    )
-    print(
-        f"decoded   {facts['decided']:.1%} of finger-frames; {facts['exact']:.1%} of them exactly the simulated state"
-    )
+    noise = f"{facts['noise'] * 1000:g} mm noise"
+    print(f"simulated {' -> '.join(PATH)}: {facts['frames']} frames, {noise}, hidden {', '.join(HIDDEN)}")
+    exact = f"{facts['exact']:.1%} of them exactly the simulated state"
+    print(f"decoded   {facts['decided']:.1%} of all states in all frames; {exact}")
     print(f"page      {facts['page']}  ({facts['seconds']:g} s in all)")
 
 

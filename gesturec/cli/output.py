@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, BinaryIO, TextIO, cast
+from typing import IO, Any, BinaryIO, TextIO, cast
 
 from gesturec.diagnostics.errors import InputError
 
@@ -46,7 +46,7 @@ def check_folder(path: Path) -> None:
 @contextmanager
 def _output(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
     check_folder(path)
-    text = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
+    text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
     if path.exists() and not path.is_file():
         with path.open(mode, **text) as stream:
             yield stream

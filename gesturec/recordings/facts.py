@@ -17,7 +17,7 @@ def recording_facts(recording: Recording) -> dict[str, Any]:
     """The facts as plain data; times in s, `seen` a share of the frames."""
     time = recording.time
     known = time[np.isfinite(time)]
-    seen = ~np.isnan(recording.points).any(axis=2)
+    seen: NDArray[np.bool_] = np.array(~np.isnan(recording.points).any(axis=2))
     period = 1 / (median_rate(time) or 1.0)
     return {
         "name": recording.name,

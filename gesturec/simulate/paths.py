@@ -36,17 +36,13 @@ def gesture_path(manifest: Manifest, name: str) -> tuple[str, ...]:
     InputError
         There is no such gesture, or it is more than a sequence of poses.
     """
-    patterns = {
-        str(gesture.get("name")): str(gesture.get("text", gesture.get("pattern", ""))) for gesture in manifest.gestures
-    }
+    patterns = {str(gesture.get("name")): str(gesture.get("text", "")) for gesture in manifest.gestures}
     if name not in patterns:
         hint = nearest(name, patterns)
         found = f"; did you mean `{hint}`?" if hint else f"; it has {', '.join(patterns) or 'none'}"
         raise InputError(f"the model has no gesture `{name}`{found}", "--gesture")
-    steps = [HELD.sub("", step).strip() for step in ARROW.split(WITHIN.sub("", patterns[name]))]
-    for step in steps:
-        if step not in manifest.poses:
-            raise InputError(
-                f"`{name}: {patterns[name]}` is more than a path of poses, which alone can be simulated", "--gesture"
-            )
-    return tuple(steps)
+    text = patterns[name]
+    steps = tuple(HELD.sub("", step).strip() for step in ARROW.split(WITHIN.sub("", text)))
+    if not set(steps) <= set(manifest.poses):
+        raise InputError(f"`{name}: {text}` is more than a path of poses, which alone can be simulated", "--gesture")
+    return steps
