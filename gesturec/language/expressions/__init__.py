@@ -1,20 +1,21 @@
 """Expressions, intervals, tolerances, arcs and gesture patterns: from text to typed trees and programs.
 
-How the other rooms use it::
+How the other rooms use it (`text` is a `document.Text`)::
 
-    text = text_of(node.text, node.span)             # place.py: finds each character in the file, quoted or not
-    tree = parse_expression(text)                    # parse.py: raises ExpressionError(diagnostic)
-    typed = check(tree, scope, TRUTH, findings)      # check.py: appends to findings; None if anything was wrong
-    program = lower(typed, ids, mirrored=(2,))       # lower.py: a lowering.lowered.Program
+    tree = parse_expression(text)                    # parse.py: raises build.ExpressionError(diagnostic)
+    typed = check(tree, scope, TRUTH, findings)      # check.py, typed.py: None if anything was wrong
     parts = split(typed)                             # the parts of a top-level `and` / `all(…)`
     used = uses(typed)                               # joints, tokens, machines, poses by full name; motion, steps
+    program = lower(typed, ids, mirrored=(2,))       # lowering/programs.py: a lowering.lowered.Program
+    needs = dependencies(program.operations)         # the same by id
 
-and where a number or a vector stands::
+and where a number, vector or interval stands (constant.py; SI, or None after a finding)::
 
-    number(text, scope, LENGTH, findings)            # constant.py: float in SI, or None
-    vector(text, scope, LENGTH, findings)            # "[a, b, c]" or `$name`
-    interval(text, scope, kind, findings)            # (low, high) in SI, infinite where open
-    constant(tree, scope, findings)                  # Quantity, kind not yet fixed (parameters)
+    number(text, scope, LENGTH, findings)
+    vector(text, scope, LENGTH, findings)
+    interval(text, scope, kind, findings)            # (low, high), infinite where open
+    constant(tree, scope, findings)                  # Quantity, its kind still open (parameters)
+    number_of, interval_of, tolerance_of             # the same of trees, as parse_wanted gives them
 
 Parsers: `parse_expression`, `parse_interval`, `parse_wanted` (a joint's value in a configuration map: an
 expression, `90 +- 30`, or an interval), `parse_arc`, `parse_gesture`; all take a `Text`, all raise

@@ -58,7 +58,7 @@ def _parser() -> tuple[Lark, Builder]:
 
 def parse_expression(text: Text) -> tree.Expr:
     """The tree of an expression."""
-    return _number_alone(text) or _parse(text, "expr")  # type: ignore[no-any-return]
+    return _number_alone(text) or _parse(text, "expr")
 
 
 def parse_interval(text: Text) -> tree.Interval:
@@ -68,7 +68,7 @@ def parse_interval(text: Text) -> tree.Interval:
 
 def parse_wanted(text: Text) -> tree.Expr | tree.Interval | tree.Tolerance:
     """The tree of what a configuration map or a state wants: an expression, an interval, or `90 +- 30`."""
-    return _number_alone(text) or _parse(text, "wanted")  # type: ignore[no-any-return]
+    return _number_alone(text) or _parse(text, "wanted")
 
 
 def parse_arc(text: Text) -> tree.Arc:
@@ -104,7 +104,7 @@ def _parse(text: Text, start: str) -> Any:
     with _LOCK:
         builder.place = place
         try:
-            node = parser.parse(place.text, start=start)
+            node: Any = parser.parse(place.text, start=start)
         except UnexpectedCharacters as error:
             raise ExpressionError(_odd_character(place, start, error.pos_in_stream or 0)) from None
         except UnexpectedToken as error:

@@ -1,0 +1,126 @@
+"""Typed expressions to programs: postfix operations with ids in place of names.
+
+In: a `Typed` and `Ids`, which knows the number of every joint, token, limb and machine and the operations of
+poses. Out: `lowering.lowered.Program`. In a mirrored thing (`mirrored`: the axes across which it is) the
+leaves are reflected, so that the expression sees the body as it was written: positions are flipped, so are
+`root.x y z` and velocities along the body's own axes; spin is an axial vector and flips the other two axes;
+the world's axes are left alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final, NamedTuple, Protocol
+
+from gesturec.language.expressions.constants import CHAINED, constant_operations
+from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, StateTest, Token
+from gesturec.language.expressions.typed import Typed
+from gesturec.lowering.lowered import Operation, Program
+
+LIMB_SHIFT: Final = 65536  # as `clearance` packs two limbs into one argument
+POSITIONS: Final = frozenset(("token", "local_token", "prev_token", "prev_local_token"))
+HAVE_BEFORE: Final = frozenset(("joint", "token", "local_token", "state_in", "cycle_at"))
+
+
+class Ids(Protocol):
+    """Dense ids of what has a name."""
+
+    def joint(self, name: str) -> int:
+        """Id of a joint by its full name."""
+
+    def token(self, name: str) -> int:
+        """Id of a token by its full name."""
+
+    def limb(self, name: str) -> int:
+        """Id of a limb."""
+
+    def machine(self, name: str) -> int:
+        """Id of a machine."""
+
+    def pose(self, name: str) -> Sequence[Operation]:
+        """The operations of a pose, already lowered with its own mirrors."""
+
+
+def lower(typed: Typed, ids: Ids, mirrored: Sequence[int] = ()) -> Program:
+    """The program of a typed expression."""
+    return Program(tuple(_emit(typed, ids, tuple(mirrored))), typed.span)
+
+
+def _emit(typed: Typed, ids: Ids, mirrored: tuple[int, ...]) -> Iterator[Operation]:
+    if typed.constant is not None:
+        yield from (Operation(*operation) for operation in constant_operations(typed))
+    elif typed.op in ("pose", "prev_pose"):
+        yield from _pose(typed, ids)
+    elif not typed.operands:
+        yield _leaf(typed, ids)
+        yield from _flips(typed, mirrored)
+    else:
+        takes_more = len(typed.operands) > 2 and typed.op in CHAINED
+        for i, operand in enumerate(typed.operands):
+            yield from _emit(operand, ids, mirrored)
+            if takes_more and i:
+                yield Operation(typed.op)
+        if not takes_more:
+            yield Operation(typed.op, typed.argument)
+
+
+def _pose(typed: Typed, ids: Ids) -> Iterator[Operation]:
+    (pose,) = typed.symbols
+    assert isinstance(pose, Pose)
+    for operation in ids.pose(pose.full):
+        is_before = typed.op == "prev_pose" and operation.name in HAVE_BEFORE
+        yield operation._replace(name="prev_" + operation.name) if is_before else operation
+
+
+def _leaf(typed: Typed, ids: Ids) -> Operation:
+    match typed.symbols:
+        case (Joint(name=name),):
+            return Operation(typed.op, ids.joint(name))
+        case (Token(name=name),):
+            return Operation(typed.op, ids.token(name))
+        case (StateTest(machine=machine, state=state),):
+            return Operation(typed.op, 0, 0.0, (ids.machine(machine), (state,)))
+        case (CycleAt(machine=machine),):
+            return Operation(typed.op, ids.machine(machine))
+        case (Limb(name=a), Limb(name=b)):
+            return Operation(typed.op, ids.limb(a) * LIMB_SHIFT + ids.limb(b))
+        case _:
+            return Operation(typed.op, typed.argument)
+
+
+def _flips(typed: Typed, mirrored: tuple[int, ...]) -> Iterator[Operation]:
+    """The reflections of a leaf that is seen in mirrors."""
+    for axis in mirrored:
+        if typed.op in POSITIONS or (typed.op == "body_rate" and typed.argument == 0):
+            yield Operation("flip", axis)
+        elif typed.op == "body_rate":  # spin: -M omega
+            yield Operation("flip", axis)
+            yield Operation("negate")
+        elif typed.op == "root_axis" and typed.argument == axis:
+            yield Operation("negate")
+
+
+class Dependencies(NamedTuple):
+    """What a program depends on, by id; `machines` are those whose state it tests."""
+
+    joints: frozenset[int]
+    tokens: frozenset[int]
+    machines: frozenset[int]
+    limbs: frozenset[int]  # by `clearance`
+    motion: bool
+    steps: bool
+
+
+def dependencies(operations: Iterable[Operation]) -> Dependencies:
+    """What lowered operations depend on; `prev_` counts as the same thing."""
+    flat = [(operation.name.removeprefix("prev_"), operation) for operation in operations]
+    pairs = [operation.argument for name, operation in flat if name == "clearance"]
+    return Dependencies(
+        frozenset(operation.argument for name, operation in flat if name == "joint"),
+        frozenset(operation.argument for name, operation in flat if name in POSITIONS),
+        frozenset(operation.argument for name, operation in flat if name == "cycle_at")
+        | frozenset(operation.states[0] for name, operation in flat if operation.states is not None),
+        frozenset(part for pair in pairs for part in divmod(pair, LIMB_SHIFT)),
+        any(name in ("root_axis", "world_axis", "body_rate", "world_rate", "still") for name, _ in flat),
+        any(operation.name.startswith("prev_") for _, operation in flat),
+    )
