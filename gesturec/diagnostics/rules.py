@@ -54,6 +54,8 @@ ERRORS: Final = (
     ("unknown-unit", "a number carries a unit that there is not"),
     ("undefined-value", "a constant expression has no value"),
     ("not-a-truth", "a pattern applies `&`, `not` or `for` to what is not a truth"),
+    ("not-constant", "a part of the body is named where only a constant can stand"),
+    ("misplaced-name", "a name is used where what it speaks of is not known"),
     # names
     ("unknown-name", "an expression uses a name that is not seen there"),
     ("unknown-joint", "a name is not a joint of its limb"),

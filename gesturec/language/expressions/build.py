@@ -67,7 +67,9 @@ class Builder(Transformer[Token, Any]):
             raise ExpressionError(Diagnostic("bad-number", f"`{digits}` has a leading zero", span, "write it without"))
         if unit is not None and (re.match(r"_\d", unit) or (digits == "0" and re.match(r"[xob][0-9A-Fa-f]+$", unit))):
             whole = across(span, self.span(unit))
-            raise ExpressionError(Diagnostic("bad-number", f"`{digits}{unit}` is not a decimal number", whole, "digits and a point only"))
+            raise ExpressionError(
+                Diagnostic("bad-number", f"`{digits}{unit}` is not a decimal number", whole, "digits and a point only")
+            )
         if not math.isfinite(value := float(digits)):
             raise ExpressionError(Diagnostic("bad-number", f"`{digits}` is larger than any number", span))
         return value
@@ -136,7 +138,9 @@ class Builder(Transformer[Token, Any]):
         return tree.Binary(str(operator), left, right, across(left.span, right.span))  # type: ignore[arg-type]
 
     def compare(self, parts: list[Any]) -> tree.Compare:
-        return tree.Compare(tuple(parts[::2]), tuple(str(part) for part in parts[1::2]), across(parts[0].span, parts[-1].span))
+        return tree.Compare(
+            tuple(parts[::2]), tuple(str(part) for part in parts[1::2]), across(parts[0].span, parts[-1].span)
+        )
 
     # intervals, wanted values, arcs
 
@@ -207,7 +211,9 @@ class Builder(Transformer[Token, Any]):
         """How often `{2..4}`, `{3}`, `{2..}` or `?` allows."""
         found = REPEAT.fullmatch(token)
         if found is None or any(len(digits or "") > 9 for digits in found.groups()):
-            raise ExpressionError(Diagnostic("bad-pattern", f"`{token}` is no count", self.span(token), "`{3}`, `{2..4}` or `{2..}`"))
+            raise ExpressionError(
+                Diagnostic("bad-pattern", f"`{token}` is no count", self.span(token), "`{3}`, `{2..4}` or `{2..}`")
+            )
         if token == "?":
             return 0, 1
         least = int(found[1])
@@ -216,5 +222,9 @@ class Builder(Transformer[Token, Any]):
             message = f"a pattern is repeated {max(least, most or 0)} times; the limit is {MOST_REPEATS}"
             raise ExpressionError(Diagnostic("limit-exceeded", message, self.span(token)))
         if (most is not None and most < max(least, 1)) or (least == 0 and most is None):
-            raise ExpressionError(Diagnostic("bad-pattern", f"`{token}` can never be counted", self.span(token), "from the smaller to the larger"))
+            raise ExpressionError(
+                Diagnostic(
+                    "bad-pattern", f"`{token}` can never be counted", self.span(token), "from the smaller to the larger"
+                )
+            )
         return least, most

@@ -16,7 +16,7 @@ from typing import Final
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
-from gesturec.language.expressions import constants, functions, names, tree
+from gesturec.language.expressions import constants, folds, functions, names, tree
 from gesturec.language.expressions.scope import Scope
 from gesturec.language.expressions.typed import TRUTH, Type, Typed
 from gesturec.language.expressions.units import ANGLE, PURE, Kind, near_unit, parse_unit
@@ -46,7 +46,9 @@ class Checker:
     loops: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rates: Kind | None = None
 
-    def report(self, rule: str, message: str, span: Span, label: str = "", help: str | None = None, *related: Related) -> None:
+    def report(
+        self, rule: str, message: str, span: Span, label: str = "", help: str | None = None, *related: Related
+    ) -> None:
         """Add a finding; returns None, so that it can stand for the hole."""
         self.findings.report(rule, message, span, label, help, related)
 
@@ -64,7 +66,7 @@ class Checker:
             case tree.Call():
                 return functions.call(self, node)
             case tree.Fold():
-                return functions.fold(self, node)
+                return folds.fold(self, node)
             case tree.VectorOf():
                 return self.vector(node)
             case tree.Unary():
@@ -88,7 +90,11 @@ class Checker:
         if unit is not None:
             return constants.quantity(node.value * unit.factor, unit.kind, node.span)
         near = near_unit(node.unit)
-        help = f"did you mean `{near}`?" if near else "units are um mm cm m in, deg rad rev, ms s min, Hz, % and quotients such as deg/s"
+        help = (
+            f"did you mean `{near}`?"
+            if near
+            else "units are um mm cm m in, deg rad rev, ms s min, Hz, % and quotients such as deg/s"
+        )
         return self.report("unknown-unit", f"`{node.unit}` is not a unit", node.unit_span or node.span, "", help)
 
     def component(self, node: tree.Component) -> Typed | None:
@@ -99,7 +105,9 @@ class Checker:
     def axis(self, vector: Typed, name: tree.Name, span: Span) -> Typed | None:
         """One component of a vector."""
         if name.text not in ("x", "y", "z"):
-            return self.report("unknown-name", f"a vector has no `{name.text}`", name.span, "", "there is `x`, `y`, `z`")
+            return self.report(
+                "unknown-name", f"a vector has no `{name.text}`", name.span, "", "there is `x`, `y`, `z`"
+            )
         type_ = Type("number", vector.type.kind)
         return constants.folded(self, Typed("component", type_, span, (vector,), argument="xyz".index(name.text)))
 
@@ -107,7 +115,11 @@ class Checker:
         """`[a, b, c]`, all of one kind."""
         parts = [self.of_what(part, "number", "is a vector's component") for part in node.parts]
         fitted = self.unify(parts, "stand in one vector")
-        return None if fitted is None else constants.folded(self, Typed("vector", Type("vector", fitted[0].type.kind), node.span, tuple(fitted)))
+        return (
+            None
+            if fitted is None
+            else constants.folded(self, Typed("vector", Type("vector", fitted[0].type.kind), node.span, tuple(fitted)))
+        )
 
     # operators
 
@@ -126,7 +138,9 @@ class Checker:
         left, right = self.check(node.left), self.check(node.right)
         if left is None or right is None:
             return None
-        word = {"+": "is added", "-": "is subtracted", "**": "takes a power"}.get(node.operator, "is multiplied or divided")
+        word = {"+": "is added", "-": "is subtracted", "**": "takes a power"}.get(
+            node.operator, "is multiplied or divided"
+        )
         if not self.is_numeric(left, word) or not self.is_numeric(right, word):
             return None
         if node.operator in SUMS:
@@ -144,7 +158,9 @@ class Checker:
         """`a * b` or `a / b`; at most one is a vector, and not the one that divides."""
         if right.type.what == "vector" and (operator == "/" or left.type.what == "vector"):
             help = "`dot(a, b)` or `cross(a, b)`" if operator == "*" else None
-            return self.report("wrong-type", f"a vector cannot stand right of `{operator}` here", right.span, "a vector", help)
+            return self.report(
+                "wrong-type", f"a vector cannot stand right of `{operator}` here", right.span, "a vector", help
+            )
         what = "vector" if "vector" in (left.type.what, right.type.what) else "number"
         op = "multiply" if operator == "*" else "divide"
         typed = constants.product_of_bare(self, op, what, left, right, span)
@@ -164,9 +180,17 @@ class Checker:
         given = [operand for operand in operands if operand is not None]
         for operand in given:
             if operand.type.what == "vector":
-                return self.report("wrong-type", "vectors cannot be compared", operand.span, "a vector", "compare `norm(…)`, `distance(…)` or components")
+                return self.report(
+                    "wrong-type",
+                    "vectors cannot be compared",
+                    operand.span,
+                    "a vector",
+                    "compare `norm(…)`, `distance(…)` or components",
+                )
             if operand.type.what == "truth" and set(node.operators) - {"==", "!="}:
-                return self.report("wrong-type", "truths have no order", operand.span, "a truth", "only `==` and `!=` compare truths")
+                return self.report(
+                    "wrong-type", "truths have no order", operand.span, "a truth", "only `==` and `!=` compare truths"
+                )
         self.suspect_radians(given)
         fitted = self.unify(given, "are compared")
         if fitted is None:
@@ -186,7 +210,9 @@ class Checker:
 
     def logic(self, node: tree.Logic) -> Typed | None:
         """`a and b`, `a or b`"""
-        return self.conjunction(node.operator, [self.truth(part, f"takes `{node.operator}`") for part in node.operands], node.span)
+        return self.conjunction(
+            node.operator, [self.truth(part, f"takes `{node.operator}`") for part in node.operands], node.span
+        )
 
     def choice(self, node: tree.Choice) -> Typed | None:
         """`a if test else b`"""
@@ -212,7 +238,9 @@ class Checker:
         typed = self.check(node)
         if typed is None or typed.type.what == what:
             return typed
-        return self.report("wrong-type", f"{typed.type} stands where a {what} {role}", typed.span, f"{typed.type}, not a {what}")
+        return self.report(
+            "wrong-type", f"{typed.type} stands where a {what} {role}", typed.span, f"{typed.type}, not a {what}"
+        )
 
     def is_numeric(self, typed: Typed, role: str) -> bool:
         """Whether something is a number or vector; a finding if it is a truth."""
@@ -247,12 +275,19 @@ class Checker:
     def fit(self, typed: Typed, expected: Type) -> Typed | None:
         """What was found, as what is expected; a bare number takes the file's unit of the kind expected."""
         if typed.type.what != expected.what:
-            return self.report("wrong-type", f"{typed.type} stands where {expected} belongs", typed.span, f"{typed.type}, not {expected}")
+            return self.report(
+                "wrong-type",
+                f"{typed.type} stands where {expected} belongs",
+                typed.span,
+                f"{typed.type}, not {expected}",
+            )
         if expected.kind is None or typed.type.kind == expected.kind:
             return typed
         if typed.is_bare:
             return constants.fitted(typed, expected.kind)
-        return self.report("wrong-unit", f"{typed.type} stands where {expected} belongs", typed.span, f"{typed.type}, not {expected}")
+        return self.report(
+            "wrong-unit", f"{typed.type} stands where {expected} belongs", typed.span, f"{typed.type}, not {expected}"
+        )
 
     def suspect_radians(self, operands: Sequence[Typed]) -> None:
         """Warn of a bare number beside an angle that is a round part of a turn in radians, in a file of degrees."""
@@ -262,4 +297,3 @@ class Checker:
             if operand.is_bare and operand.constant is not None and constants.looks_like_radians(operand.constant):
                 message = f"`{operand.span.text}` looks like radians; this file's angles are in deg"
                 self.report("radians-suspected", message, operand.span, "", "write the unit, `rad` or `deg`")
-

@@ -89,7 +89,9 @@ def interval_of(expression: tree.Interval, scope: Scope, kind: Kind, findings: F
     return low, high
 
 
-def tolerance_of(expression: tree.Tolerance, scope: Scope, kind: Kind, findings: Findings) -> tuple[float, float] | None:
+def tolerance_of(
+    expression: tree.Tolerance, scope: Scope, kind: Kind, findings: Findings
+) -> tuple[float, float] | None:
     """`wanted +- tolerance` in SI: the two numbers."""
     wanted = number_of(expression.wanted, scope, kind, findings)
     tolerance = number_of(expression.tolerance, scope, kind, findings)

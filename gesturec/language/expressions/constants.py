@@ -79,7 +79,9 @@ def mixed_units(checker: Checker, first: Typed, a: Units, second: Typed, b: Unit
     """The finding for bare numbers of files with different units."""
     message = f"bare numbers of files in {a.length}, {a.angle} and in {b.length}, {b.angle} meet: which unit is meant?"
     place = Related(f"in {a.length}, {a.angle}", first.span)
-    checker.report("mixed-units", message, second.span, f"in {b.length}, {b.angle}", "write the unit on one of them", place)
+    checker.report(
+        "mixed-units", message, second.span, f"in {b.length}, {b.angle}", "write the unit on one of them", place
+    )
 
 
 def units_of(parts: Sequence[Typed]) -> Quantity:
@@ -93,9 +95,15 @@ def units_of(parts: Sequence[Typed]) -> Quantity:
 def product_of_bare(checker: Checker, op: str, what: str, left: Typed, right: Typed, span: Span) -> Typed | None:
     """A product or quotient that stays bare: of two bare numbers, or of one and a constant pure number."""
     pair = (left, right)
-    if any(part.constant is None or part.type.kind not in (None, PURE) for part in pair) or not (left.is_bare or right.is_bare):
+    if any(part.constant is None or part.type.kind not in (None, PURE) for part in pair) or not (
+        left.is_bare or right.is_bare
+    ):
         return None
-    strong = [part for part in pair if part.is_bare and part.constant and not part.constant.weak and not is_zero(part.constant)]
+    strong = [
+        part
+        for part in pair
+        if part.is_bare and part.constant and not part.constant.weak and not is_zero(part.constant)
+    ]
     if len(strong) == 2 and not same_units(checker, strong):
         return None
     return folded(checker, Typed(op, Type(what), span, pair))  # type: ignore[arg-type]
@@ -109,7 +117,9 @@ def folded(checker: Checker, typed: Typed) -> Typed | None:
 
     value, undefined = evaluate_checked(folding_operations(typed), NO_LEAVES)
     if undefined is not None or not all(map(math.isfinite, value.ravel().tolist())):
-        return checker.report("undefined-value", f"`{typed.span.text}` has no value", typed.span, "", why_undefined(typed))
+        return checker.report(
+            "undefined-value", f"`{typed.span.text}` has no value", typed.span, "", why_undefined(typed)
+        )
     result = (float(value[0]), float(value[1]), float(value[2])) if value.ndim else float(value)
     if typed.is_bare:
         units = units_of(typed.operands)

@@ -1,4 +1,4 @@
-"""Calls and folds: the functions of the language with what they take and leave.
+"""Calls: the functions of the language with what they take and leave; `folds.py` has the folds.
 
 In: a call's tree and the checker. Out: a `Typed`, or None after a finding. `SIGNATURES` declares each function
 once: how many arguments, and the function here that types them.
@@ -8,12 +8,9 @@ once: how many arguments, and the function here that types them.
 # mypy: disable-error-code="func-returns-value"
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations, product
-from math import comb, prod
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.expressions import constants, names, scope, tree
@@ -23,8 +20,7 @@ from gesturec.language.expressions.units import ANGLE, LENGTH, PURE, SPEED, SPIN
 if TYPE_CHECKING:
     from gesturec.language.expressions.check import Checker
 
-# A fold writes its body out for each choice of members.
-MOST_TERMS: Final = 2_000
+FOLDS: Final = {"all": "truth", "any": "truth", "count": "truth", "sum": "number", "min": "number", "max": "number"}
 
 Given = Sequence[Typed]
 
@@ -44,7 +40,9 @@ def call(checker: Checker, node: tree.Call) -> Typed | None:
         return signature.of_trees(checker, node)
     given = [checker.check(argument) for argument in node.arguments]
     typed = [argument for argument in given if argument is not None]
-    if len(typed) < len(given) or not all(checker.is_numeric(argument, f"is an argument of `{name}`") for argument in typed):
+    if len(typed) < len(given) or not all(
+        checker.is_numeric(argument, f"is an argument of `{name}`") for argument in typed
+    ):
         return None
     assert signature.of_typed is not None
     made = signature.of_typed(checker, typed, node)
@@ -61,8 +59,9 @@ def wrong_count(checker: Checker, node: tree.Call, signature: Signature) -> None
     """The finding for too few or too many arguments."""
     least, most = signature.least, signature.most
     wanted = f"{least}" if least == most else f"{least} or more" if most > 9 else f"{least} to {most}"
-    found = len(node.arguments)
-    message = f"`{node.function.text}` takes {wanted} argument{'s' * (wanted != '1')}, and here {'is' if found == 1 else 'are'} {found}"
+    wanted += " argument" if wanted == "1" else " arguments"
+    found = "is 1" if len(node.arguments) == 1 else f"are {len(node.arguments)}"
+    message = f"`{node.function.text}` takes {wanted}, and here {found}"
     checker.report("wrong-arguments", message, node.span, "", f"`{signature.form}`")
 
 
@@ -81,7 +80,9 @@ def vectors(checker: Checker, given: Given, node: tree.Call) -> list[Typed] | No
     """Arguments that must all be vectors."""
     for argument in given:
         if argument.type.what != "vector":
-            return checker.report("wrong-type", f"`{node.function.text}` takes vectors", argument.span, str(argument.type))
+            return checker.report(
+                "wrong-type", f"`{node.function.text}` takes vectors", argument.span, str(argument.type)
+            )
     return list(given)
 
 
@@ -131,7 +132,11 @@ def square_root(checker: Checker, given: Given, node: tree.Call) -> Typed | None
 def atan2(checker: Checker, given: Given, node: tree.Call) -> Typed | None:
     """atan2(y, x) of two numbers of one kind."""
     fitted = checker.unify_all(numbers(checker, given, node), "are arguments of `atan2`")
-    return None if fitted is None else Typed("atan2", Type("number", ANGLE), node.span, tuple(map(constants.as_pure, fitted)))
+    return (
+        None
+        if fitted is None
+        else Typed("atan2", Type("number", ANGLE), node.span, tuple(map(constants.as_pure, fitted)))
+    )
 
 
 def power(checker: Checker, base: Typed, exponent: Typed, span: Span) -> Typed | None:
@@ -140,14 +145,23 @@ def power(checker: Checker, base: Typed, exponent: Typed, span: Span) -> Typed |
         if part.type.what == "vector":
             return checker.report("wrong-type", "a vector takes no power", part.span, "a vector", "`dot(v, v)`")
     if exponent.type.kind not in (None, PURE):
-        return checker.report("wrong-unit", f"{exponent.type} stands where an exponent does", exponent.span, f"{exponent.type}, not a pure number")
+        return checker.report(
+            "wrong-unit",
+            f"{exponent.type} stands where an exponent does",
+            exponent.span,
+            f"{exponent.type}, not a pure number",
+        )
     exponent = constants.as_pure(exponent)
     if base.type.kind in (None, PURE):
         kept = base.type if base.is_bare and exponent.constant is not None else Type("number", PURE)
-        return constants.folded(checker, Typed("power", kept, span, (base if kept.kind is None else constants.as_pure(base), exponent)))
+        return constants.folded(
+            checker, Typed("power", kept, span, (base if kept.kind is None else constants.as_pure(base), exponent))
+        )
     value = exponent.constant.value if exponent.constant is not None else None
     if not isinstance(value, float) or not value.is_integer() or abs(value) > 9:
-        return checker.report("wrong-unit", f"{base.type} takes a small whole number as its power, known here", exponent.span)
+        return checker.report(
+            "wrong-unit", f"{base.type} takes a small whole number as its power, known here", exponent.span
+        )
     raised = Type("number", base.type.kind.to(int(value)))
     return constants.folded(checker, Typed("power", raised, span, (base, exponent)))
 
@@ -195,9 +209,17 @@ def angle(checker: Checker, given: Given, node: tree.Call) -> Typed | None:
     arms: list[Typed | None] = [constants.as_pure(argument) for argument in given]
     if len(given) == 3:
         fitted = checker.unify(given, "are points of one angle")
-        arms = [checker.sum("subtract", (end, fitted[1]), node.span) for end in (fitted[0], fitted[2])] if fitted else [None]
+        arms = (
+            [checker.sum("subtract", (end, fitted[1]), node.span) for end in (fitted[0], fitted[2])]
+            if fitted
+            else [None]
+        )
     made = tuple(arm for arm in arms if arm is not None)
-    return Typed("angle", Type("number", ANGLE), node.span, tuple(map(constants.as_pure, made))) if len(made) == 2 else None
+    return (
+        Typed("angle", Type("number", ANGLE), node.span, tuple(map(constants.as_pure, made)))
+        if len(made) == 2
+        else None
+    )
 
 
 # functions of names and of motion
@@ -282,131 +304,3 @@ SIGNATURES: Final = {
     "moving": Signature("moving(speed > 0.3 m/s)", 1, 1, None, motion(SPEED)),
     "turning": Signature("turning(z > 90 deg/s)", 1, 1, None, motion(SPIN)),
 }
-
-FOLDS: Final = {"all": "truth", "any": "truth", "count": "truth", "sum": "number", "min": "number", "max": "number"}
-
-
-# folds
-
-
-def fold(checker: Checker, node: tree.Fold) -> Typed | None:
-    """The body written out for each choice of members; with several variables over one group, each pair once."""
-    name = node.function.text
-    if name not in FOLDS:
-        if name in SIGNATURES:
-            return checker.report("wrong-arguments", f"`{name}` takes values, no `for`", node.function.span, "", "folds are " + " ".join(FOLDS))
-        return unknown_function(checker, node.function)
-    domains = [domain(checker, loop) for loop in node.loops]
-    groups = [group for group in domains if group is not None]
-    if len(groups) < len(domains) or not good_variables(checker, node) or too_many(checker, node, groups):
-        return None
-    bodies = [body_at(checker, node, choice) for choice in choices(groups)]
-    return made_of(checker, name, node, bodies)
-
-
-def domain(checker: Checker, loop: tree.Loop) -> scope.Group | None:
-    """The group that a variable runs over."""
-    words = tuple(name.text for name in loop.domain.names)
-    symbol = checker.scope.resolve(words)
-    if isinstance(symbol, scope.Group):
-        return symbol
-    if isinstance(symbol, scope.Unknown):
-        names.unknown(checker, loop.domain, symbol, words, words, 0)
-        return None
-    if isinstance(symbol, scope.Hole):
-        return None
-    return checker.report("wrong-type", f"`{loop.domain.text}` is not a group", loop.domain.span, "a group is expected after `in`")
-
-
-def good_variables(checker: Checker, node: tree.Fold) -> bool:
-    """Whether the variables have names of their own."""
-    seen = dict.fromkeys(checker.loops)
-    for loop in node.loops:
-        word = loop.variable.text
-        is_taken = word in seen or word in ("root", "world", "prev", "next", "still")
-        if is_taken or not isinstance(checker.scope.resolve((word,)), scope.Unknown):
-            checker.report("shadowed-name", f"`{word}` means something else here already", loop.variable.span, "", "choose another name for the variable")
-            return False
-        seen[word] = None
-    return True
-
-
-def by_group(groups: Sequence[scope.Group]) -> dict[str, list[int]]:
-    """For each group, which variables run over it."""
-    places: dict[str, list[int]] = {}
-    for i, group in enumerate(groups):
-        places.setdefault(group.name, []).append(i)
-    return places
-
-
-def too_many(checker: Checker, node: tree.Fold, groups: Sequence[scope.Group]) -> bool:
-    """Whether a fold would be written out too long; a finding if so."""
-    members = {group.name: len(group.members) for group in groups}
-    terms = prod(comb(members[name], len(places)) for name, places in by_group(groups).items())
-    if terms > MOST_TERMS:
-        message = f"the fold has {terms:,} terms; the limit is {MOST_TERMS:,}"
-        checker.report("limit-exceeded", message, node.span)
-    return terms > MOST_TERMS
-
-
-def choices(groups: Sequence[scope.Group]) -> Iterator[tuple[tuple[str, ...], ...]]:
-    """Members for all variables: different ones where several run over one group, each set of them once."""
-    places = by_group(groups)
-    members = {group.name: group.members for group in groups}
-    parts = [combinations(members[name], len(where)) for name, where in places.items()]
-    for picked in product(*parts):
-        chosen: list[tuple[str, ...]] = [()] * len(groups)
-        for where, values in zip(places.values(), picked, strict=True):
-            for place, value in zip(where, values, strict=True):
-                chosen[place] = value
-        yield tuple(chosen)
-
-
-def body_at(checker: Checker, node: tree.Fold, members: Sequence[tuple[str, ...]]) -> Typed | None:
-    """The body of a fold for one choice of members."""
-    before = checker.loops
-    checker.loops = before | {loop.variable.text: member for loop, member in zip(node.loops, members, strict=True)}
-    try:
-        if FOLDS[node.function.text] == "truth":
-            return checker.truth(node.body, f"is asked of `{node.function.text}`")
-        typed = checker.check(node.body)
-        return typed if typed is None or checker.is_numeric(typed, f"is a term of `{node.function.text}`") else None
-    finally:
-        checker.loops = before
-
-
-def made_of(checker: Checker, name: str, node: tree.Fold, bodies: Sequence[Typed | None]) -> Typed | None:
-    """The fold of the bodies that were written out."""
-    if not bodies:
-        return empty(checker, name, node)
-    if name in ("all", "any"):
-        return checker.conjunction("and" if name == "all" else "or", bodies, node.span)
-    if name == "count":
-        counted = [body and one_or_none(body) for body in bodies]
-        return counted[0] if len(counted) == 1 else checker.sum("add", counted, node.span)
-    fitted = checker.unify(bodies, f"are terms of `{name}`")
-    if fitted is None or len(fitted) == 1:
-        return fitted[0] if fitted else None
-    if name != "sum" and fitted[0].type.what == "vector":
-        return checker.report("wrong-type", f"`{name}` takes numbers", node.body.span, "a vector")
-    op = "add" if name == "sum" else name
-    return constants.folded(checker, Typed(op, fitted[0].type, node.span, tuple(fitted)))
-
-
-def one_or_none(truth: Typed) -> Typed:
-    """A truth as the number 1 or 0; unknown stays unknown."""
-    number = Type("number", PURE)
-    if truth.constant is not None:
-        return Typed("constant", number, truth.span, constant=truth.constant)
-    one, none = (constants.quantity(value, PURE, truth.span) for value in (1.0, 0.0))
-    return Typed("select", number, truth.span, (one, truth, none))
-
-
-def empty(checker: Checker, name: str, node: tree.Fold) -> Typed | None:
-    """A fold over fewer members than it has variables: nothing to choose."""
-    if name in ("min", "max"):
-        places = tuple(Related("this group", loop.domain.span) for loop in node.loops)
-        return checker.report("wrong-arguments", f"`{name}` of nothing has no value: the group is too small", node.span, "", None, *places)
-    if name in ("all", "any"):
-        return Typed("constant", TRUTH, node.span, constant=scope.Quantity(float(name == "all"), PURE))
-    return Typed("constant", Type("number"), node.span, constant=scope.Quantity(0.0, None, None))

@@ -108,7 +108,9 @@ class Patterns:
                 return self.either(node, place)
             case tree.Repeat():
                 inner = self.check(node.operand, place)
-                return inner and Part(node.span, None, {"repeat": self.finished(inner), "least": node.least, "most": node.most})
+                return inner and Part(
+                    node.span, None, {"repeat": self.finished(inner), "least": node.least, "most": node.most}
+                )
             case tree.Held():
                 return self.held(node, place)
             case tree.Sequence():
@@ -123,7 +125,9 @@ class Patterns:
             return self.truth(check(node, place, TRUTH, self.findings))
         if symbol.full in self.open:
             message = f"the gesture `{symbol.full}` is made of itself"
-            return self.findings.report("circular-reference", message, node.span, "", " -> ".join([*self.open, symbol.full]))
+            return self.findings.report(
+                "circular-reference", message, node.span, "", " -> ".join([*self.open, symbol.full])
+            )
         if symbol.pattern is None:
             return None
         if len(self.open) > 50:
@@ -197,8 +201,18 @@ class Patterns:
             return None
         low, high = max(ends[0], 0.0), ends[1]
         if (decided == "start" and ends[0] <= 0.0) or high <= 0.0 or (ends[0] < 0.0 and math.isfinite(ends[0])):
-            return self.findings.report("value-out-of-range", f"`{node.time.span.text}` is no time that something can last", node.time.span, "must be above zero")
-        shape = {"held": self.number(part), "least": low, "most": high if math.isfinite(high) else None, "decided": decided}
+            return self.findings.report(
+                "value-out-of-range",
+                f"`{node.time.span.text}` is no time that something can last",
+                node.time.span,
+                "must be above zero",
+            )
+        shape = {
+            "held": self.number(part),
+            "least": low,
+            "most": high if math.isfinite(high) else None,
+            "decided": decided,
+        }
         return Part(node.span, None, shape)
 
     def sequence(self, node: tree.Sequence, place: scope.Scope) -> Part | None:
@@ -216,10 +230,17 @@ class Patterns:
         if part is None or time is None:
             return None
         if time <= 0.0:
-            return self.findings.report("value-out-of-range", f"`{node.time.span.text}` is no time to do something in", node.time.span, "must be above zero")
+            return self.findings.report(
+                "value-out-of-range",
+                f"`{node.time.span.text}` is no time to do something in",
+                node.time.span,
+                "must be above zero",
+            )
         if part.truth is not None:
             message = "`within` bounds the time of several steps, and this is one truth"
-            return self.findings.report("bad-pattern", message, node.span, "", "`for a .. b` bounds how long a truth holds")
+            return self.findings.report(
+                "bad-pattern", message, node.span, "", "`for a .. b` bounds how long a truth holds"
+            )
         return Part(node.span, None, {"within": self.finished(part), "time": time})
 
 
@@ -235,7 +256,12 @@ def same(typed: Typed) -> tuple[Any, ...]:
 
 def what_it_is(shape: Shape) -> str:
     """What a shape is called in messages."""
-    words = {"sequence": "a sequence", "choice": "a choice with moments or sequences", "repeat": "a repetition", "within": "a bounded sequence"}
+    words = {
+        "sequence": "a sequence",
+        "choice": "a choice with moments or sequences",
+        "repeat": "a repetition",
+        "within": "a bounded sequence",
+    }
     words |= {"held": "a truth held for a time", "enter": "a moment", "leave": "a moment"}
     return next(word for key, word in words.items() if key in shape)
 
@@ -285,7 +311,7 @@ def too_short(shape: Shape, span: Span, findings: Findings) -> None:
     match shape:
         case {"within": {"sequence": [_, _, *later]} as inner, "time": time}:
             if (needed := sum(map(least_time, later))) > time:
-                message = f"the steps after the second take at least {needed:g} s, and the pattern must be over within {time:g} s"
+                message = f"the steps after the second take at least {needed:g} s, and `within` allows {time:g} s"
                 findings.report("never-matches", message, span)
             too_short(inner, span, findings)
         case {"within": inner} | {"repeat": inner}:
@@ -293,5 +319,3 @@ def too_short(shape: Shape, span: Span, findings: Findings) -> None:
         case {"sequence": parts} | {"choice": parts}:
             for part in parts:
                 too_short(part, span, findings)
-
-

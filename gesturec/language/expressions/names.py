@@ -47,7 +47,9 @@ def checked_leaf(checker: Checker, node: tree.Path, words: tuple[str, ...], skip
     if typed is None or not checker.scope.steps or typed.constant is not None:
         return typed
     help = f"write `next.{node.text}` or `prev.{node.text}`"
-    return checker.report("misplaced-name", f"a rule speaks of two states, and `{node.text}` does not say of which", node.span, "", help)
+    return checker.report(
+        "misplaced-name", f"a rule speaks of two states, and `{node.text}` does not say of which", node.span, "", help
+    )
 
 
 def parameter(checker: Checker, node: tree.Path) -> Typed | None:
@@ -95,7 +97,13 @@ def rate(checker: Checker, node: tree.Path, words: tuple[str, ...]) -> Typed | N
     known = RATES if op == "body_rate" else AXES
     if len(words) != 1 or words[0] not in known:
         message = f"`{node.text}` is no rate of the body"
-        return checker.report("unknown-name", message, node.span, "", "in these brackets there is `x y z speed` and `world.x world.y world.z`")
+        return checker.report(
+            "unknown-name",
+            message,
+            node.span,
+            "",
+            "in these brackets there is `x y z speed` and `world.x world.y world.z`",
+        )
     which = 0 if checker.rates == SPEED else 1
     vector = Typed(op, Type("vector", checker.rates), node.span, argument=which)
     number = Type("number", checker.rates)
@@ -118,7 +126,9 @@ def axis(checker: Checker, node: tree.Path, words: tuple[str, ...]) -> Typed | N
     if len(words) < 2 or words[1] not in known:
         name = node.names[min(1, len(words) - 1)]
         message = f"`{node.text}` is no direction"
-        return checker.report("unknown-name", message, name.span, "", "there is " + ", ".join(f"`{words[0]}.{each}`" for each in known))
+        return checker.report(
+            "unknown-name", message, name.span, "", "there is " + ", ".join(f"`{words[0]}.{each}`" for each in known)
+        )
     if not has_motion(checker, node, node.text):
         return None
     op = "root_axis" if words[0] == "root" else "world_axis"
@@ -147,7 +157,9 @@ def before(typed: Typed) -> Typed:
     if typed.constant is not None:
         return typed
     if typed.operands:
-        return Typed(typed.op, typed.type, typed.span, tuple(before(each) for each in typed.operands), (), typed.argument)
+        return Typed(
+            typed.op, typed.type, typed.span, tuple(before(each) for each in typed.operands), (), typed.argument
+        )
     return Typed("prev_" + typed.op, typed.type, typed.span, (), typed.symbols, typed.argument)
 
 
@@ -176,7 +188,14 @@ def look_up(checker: Checker, words: tuple[str, ...]) -> tuple[scope.Symbol, tup
     return symbol, full, None
 
 
-def unknown(checker: Checker, node: tree.Path, symbol: scope.Unknown, words: tuple[str, ...], full: tuple[str, ...], skipped: int) -> None:
+def unknown(
+    checker: Checker,
+    node: tree.Path,
+    symbol: scope.Unknown,
+    words: tuple[str, ...],
+    full: tuple[str, ...],
+    skipped: int,
+) -> None:
     """The finding for a name that is not there; of a fold's member, it says which lacks it."""
     position = max(0, symbol.position - (len(full) - len(words))) + skipped
     name = node.names[min(position, len(node.names) - 1)]
@@ -207,9 +226,13 @@ def leaf(checker: Checker, symbol: scope.Symbol, node: tree.Path) -> Typed | Non
                 return None
             return Typed("pose", TRUTH, span, symbols=(symbol,))
         case scope.Gesture():
-            return checker.report("wrong-type", f"`{node.text}` is a gesture, which has no value in an expression", span)
+            return checker.report(
+                "wrong-type", f"`{node.text}` is a gesture, which has no value in an expression", span
+            )
         case scope.Limb():
-            return checker.report("wrong-type", f"`{node.text}` is a {symbol.what}, which has no value itself", span, "name a part of it")
+            return checker.report(
+                "wrong-type", f"`{node.text}` is a {symbol.what}, which has no value itself", span, "name a part of it"
+            )
         case scope.Group():
             help = f"a fold asks all of them, as in `all(a… for a in {node.text})`"
             return checker.report("wrong-type", f"`{node.text}` is a group, which has no value itself", span, "", help)

@@ -113,7 +113,9 @@ def _parse(text: Text, start: str) -> Any:
             raise error.orig_exc from None
     if (levels := tree.depth(node)) > MOST_DEPTH:
         message = f"the expression is nested {levels} deep; the limit is {MOST_DEPTH}"
-        raise ExpressionError(Diagnostic("limit-exceeded", message, text.span, help="split it, for instance into poses"))
+        raise ExpressionError(
+            Diagnostic("limit-exceeded", message, text.span, help="split it, for instance into poses")
+        )
     return node
 
 
@@ -144,7 +146,9 @@ def _odd_character(place: Place, start: str, at: int) -> Diagnostic:
     if word in ("'", '"'):
         help = "names and units stand without quotes"
     elif word in KEYWORDS:
-        return Diagnostic(rule, f"`{word}` is a word of the language and stands where it cannot", place.part(at, at + len(word)))
+        return Diagnostic(
+            rule, f"`{word}` is a word of the language and stands where it cannot", place.part(at, at + len(word))
+        )
     return Diagnostic(rule, f"`{word}` does not belong in {what}", place.part(at, at + len(word)), help=help)
 
 
@@ -152,7 +156,13 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
     """A finding for a token that cannot stand where it does, or for a text that ends too early."""
     rule, what = WHAT[start]
     expected = set(error.accepts or error.expected or ())
-    wanted = "a value" if "NAME" in expected and "NUMBER" in expected else "a name" if "NAME" in expected else "an operator or the end"
+    wanted = (
+        "a value"
+        if "NAME" in expected and "NUMBER" in expected
+        else "a name"
+        if "NAME" in expected
+        else "an operator or the end"
+    )
     if error.token.type == "$END":
         return _early_end(place, rule, what, wanted, expected)
     word, at = str(error.token), error.token.start_pos or 0
@@ -161,7 +171,9 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
         help = "`+-` is a tolerance; put a space into `+ -`"
     if wanted == "an operator or the end" and error.token.type in ("NAME", "NUMBER"):
         wanted = "an operator before it"
-    return Diagnostic(rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help)
+    return Diagnostic(
+        rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help
+    )
 
 
 def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[str]) -> Diagnostic:

@@ -58,7 +58,9 @@ def _after(source: str, at: int, char: str, quote: str) -> int:
         return found.end() if found else at + 1
     if quote == "'" and source.startswith("''", at):
         return at + 2
-    if char in " \n" and source[at : at + 1].isspace():  # a folded line: one space for a break and what indents the next
+    if (
+        char in " \n" and source[at : at + 1].isspace()
+    ):  # a folded line: one space for a break and what indents the next
         gap = re.compile(r"[ \t]*(\r?\n[ \t]*)+").match(source, at)
         return gap.end() if gap else at + 1
     return at + 1

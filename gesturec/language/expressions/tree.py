@@ -142,9 +142,7 @@ class Choice:
     span: Span
 
 
-Expr: TypeAlias = (
-    Number | Truth | Path | Component | Call | Fold | VectorOf | Unary | Binary | Compare | Logic | Choice
-)
+Expr: TypeAlias = Number | Truth | Path | Component | Call | Fold | VectorOf | Unary | Binary | Compare | Logic | Choice
 
 
 @dataclass(frozen=True, slots=True)
