@@ -40,6 +40,8 @@ class Chain(NamedTuple):
     joint_at: Array
     joint_rest: Array
     joint_axis: Array
+    joint_radius: Array
+    segment_limb: NDArray[np.int32]
     token_segment: NDArray[np.int32]
     token_at: Array
     programs: Programs
@@ -62,13 +64,22 @@ def complete_angles(chain: Chain, angles: ArrayLike) -> Array:
     fixed = chain.joint_source == FIXED
     completed[..., fixed] = chain.joint_value[fixed]
     for joint in np.flatnonzero(chain.joint_source == COUPLED):
-        completed[..., joint] = coupled_value(chain, int(joint), np.moveaxis(completed, -1, 0))
+        values = {other: completed[..., other] for other in range(chain.n_joint)}
+        completed[..., joint] = coupled_value(chain, int(joint), values)
     return completed
 
 
-def coupled_value(chain: Chain, joint: int, values: Sequence[Array] | Mapping[int, Array] | Array) -> Array:
+def coupled_value(chain: Chain, joint: int, values: Mapping[int, Array]) -> Array:
     """Value of a coupled joint from those that it follows; `values[j]` are joint j's, broadcastable."""
     return np.asarray(evaluate(chain.programs, int(chain.joint_program[joint]), JointEnvironment(values)))
+
+
+def followed_joints(chain: Chain, joint: int) -> tuple[int, ...]:
+    """The joints that a coupled joint follows, rising; none for any other."""
+    if chain.joint_source[joint] != COUPLED:
+        return ()
+    operations = chain.programs.operations(int(chain.joint_program[joint]))
+    return tuple(sorted({operation.argument for operation in operations if operation.name == "joint"}))
 
 
 def forward(chain: Chain, angles: ArrayLike) -> tuple[Array, Array]:
@@ -170,13 +181,13 @@ def points_in(chain: Chain, values: Mapping[int, Array], tokens: Sequence[int], 
     positions
         For each token an array (..., 3), m, whose shape is that of the joints that it depends on.
     """
-    return [_point_in(chain, values, token, base) for token in tokens]
+    segment = chain.token_segment
+    return [point_in(chain, values, chain.token_at[token], int(segment[token]), base) for token in tokens]
 
 
-def _point_in(chain: Chain, values: Mapping[int, Array], token: int, base: int) -> Array:
-    """Carry the point inwards joint by joint: it stays as small as what it depends on so far."""
-    point = chain.token_at[token]
-    for joint in joints_between(chain, int(chain.token_segment[token]), base):
+def point_in(chain: Chain, values: Mapping[int, Array], point: Array, segment: int, base: int) -> Array:
+    """A point fixed on `segment`, in the frame of `base`; carried joint by joint, as small as what it depends on."""
+    for joint in joints_between(chain, segment, base):
         point = carry_inwards(chain, joint, values[joint], point)
     return point
 

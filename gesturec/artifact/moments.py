@@ -28,7 +28,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.artifact.kinematics import COUPLED, FIXED, SLIDE, Chain, coupled_value, joint_frame, joints_between
+from gesturec.artifact.kinematics import COUPLED, SLIDE, Chain, coupled_value, joint_frame, joints_between
 
 Array = NDArray[np.float64]
 

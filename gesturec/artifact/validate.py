@@ -200,17 +200,21 @@ def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
 def _check_programs(columns: Columns, sizes: Mapping[str, int]) -> None:
     """Every program leaves one value and never takes more than there is; its arguments exist."""
     codes, arguments = columns["op_code"], columns["op_argument"]
-    _require(len(codes) == 0 or codes.min() >= 0 and codes.max() < len(OPS), "`op_code` is no operation")
+    _require(len(codes) == 0 or (codes.min() >= 0 and codes.max() < len(OPS)), "`op_code` is no operation")
     for code, op in enumerate(OPS):
         bound = ARGUMENTS.get(op.name)
         if bound is not None:
             named = arguments[codes == code]
             limit = sizes[bound] if isinstance(bound, str) else bound
-            _require(len(named) == 0 or named.min() >= 0 and named.max() < limit, f"`{op.name}` names what is not there")
+            _require(
+                len(named) == 0 or (named.min() >= 0 and named.max() < limit), f"`{op.name}` names what is not there"
+            )
         elif op.name == "clearance":
             named = arguments[codes == code]
             pairs = np.concatenate([named // 65536, named % 65536])
-            _require(len(pairs) == 0 or pairs.min() >= 0 and pairs.max() < sizes["n_limb"], "`clearance` names no limb")
+            _require(
+                len(pairs) == 0 or (pairs.min() >= 0 and pairs.max() < sizes["n_limb"]), "`clearance` names no limb"
+            )
     coupling = set(columns["joint_program"].tolist())
     for program, (start, count) in enumerate(zip(columns["program_start"], columns["program_count"], strict=True)):
         _check_program([OPS[code] for code in codes[start : start + count]], program in coupling)

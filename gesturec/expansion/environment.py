@@ -1,0 +1,112 @@
+"""Programs of the lowered model, evaluated over states: what the leaves of an expression are at compile time.
+
+In: operations, and joint values and states by arrays that broadcast. Out: arrays over all configurations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gesturec.artifact.clearance import clearance
+from gesturec.artifact.kinematics import COUPLED, Chain, coupled_value, points_in
+from gesturec.artifact.programs import LeafEnvironment
+from gesturec.expansion.states import Floats, Ints, MachineStates
+from gesturec.lowering.lowered import LoweredModel, Operation
+
+Configuration = tuple[Mapping[int, Floats], Mapping[int, Ints]]  # joint values, and states of machines
+
+
+@dataclass
+class SetTable:
+    """Sets of states that programs test, numbered in the order in which they are met."""
+
+    ids: dict[tuple[int, tuple[str, ...]], int] = field(default_factory=dict)
+
+    def resolve(self, operations: Iterable[Operation]) -> list[tuple[str, int, float]]:
+        """Operations as the evaluator and the artifact take them, their sets by number."""
+        return [self._resolved(operation) for operation in operations]
+
+    def _resolved(self, operation: Operation) -> tuple[str, int, float]:
+        if operation.states is None:
+            return operation.name, operation.argument, operation.value
+        return operation.name, self.ids.setdefault(operation.states, len(self.ids)), operation.value
+
+    def members(self, states: Mapping[int, MachineStates]) -> list[tuple[int, Ints]]:
+        """Machine and states of every set."""
+        return [(machine, set_members(states[machine], names)) for machine, names in self.ids]
+
+
+def set_members(states: MachineStates, names: Iterable[str]) -> Ints:
+    """The states that any of `names` stands for, rising."""
+    found = [states.members[name] for name in names if name in states.members]
+    return np.unique(np.concatenate([np.zeros(0, dtype=int), *found]).astype(int))
+
+
+@dataclass(frozen=True)
+class Body:
+    """What every environment needs to know of the body; `states` grows as machines are expanded."""
+
+    model: LoweredModel
+    chain: Chain
+    sets: SetTable
+    states: dict[int, MachineStates]
+
+
+def complete_values(chain: Chain, values: Mapping[int, Floats]) -> dict[int, Floats]:
+    """Values of all joints: those given, fixed ones, coupled ones, and zero for those that nothing asks for."""
+    completed = dict(values)
+    for joint in range(chain.n_joint):
+        if joint not in completed:
+            completed[joint] = np.asarray(chain.joint_value[joint])
+    for joint in np.flatnonzero(chain.joint_source == COUPLED).tolist():
+        completed[joint] = coupled_value(chain, joint, completed)
+    return completed
+
+
+def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, Ints]) -> LeafEnvironment:
+    """Leaves over configurations with joint values `values` and machines in states `state`."""
+    return LeafEnvironment(_leaves(body, complete_values(body.chain, values), state))
+
+
+def step_environment(body: Body, before: Configuration, after: Configuration) -> LeafEnvironment:
+    """Leaves over steps: `prev_` ones see `before`, the others `after`; each is (values, states)."""
+    earlier = _leaves(body, complete_values(body.chain, before[0]), before[1])
+    later = _leaves(body, complete_values(body.chain, after[0]), after[1])
+    return LeafEnvironment({**later, **{f"prev_{name}": leaf for name, leaf in earlier.items()}})
+
+
+def _leaves(
+    body: Body, values: Mapping[int, Floats], state: Mapping[int, Ints]
+) -> dict[str, Callable[[int], ArrayLike]]:
+    def token(argument: int) -> ArrayLike:
+        return points_in(body.chain, values, [argument], 0)[0]
+
+    def local_token(argument: int) -> ArrayLike:
+        limb = body.model.tokens[argument].limb
+        base = 0 if limb is None else body.model.limbs[limb].parent
+        return points_in(body.chain, values, [argument], base)[0]
+
+    def state_in(argument: int) -> ArrayLike:
+        machine, names = list(body.sets.ids)[argument]
+        states = body.states[machine]
+        truth = np.zeros(states.count)
+        truth[set_members(states, names)] = 1.0
+        return truth[state[machine]]
+
+    return {
+        "joint": lambda argument: values[argument],
+        "token": token,
+        "local_token": local_token,
+        "state_in": state_in,
+        "cycle_at": lambda argument: body.states[argument].at[state[argument]],
+        "clearance": lambda argument: clearance(body.chain, values, argument // 65536, argument % 65536),
+    }
+
+
+def rows_of(states: MachineStates, rows: Ints | slice = slice(None)) -> dict[int, Floats]:
+    """Joint values of some of a machine's states, one array a joint."""
+    return {joint: states.angle[rows, column] for column, joint in enumerate(states.joints)}

@@ -1,0 +1,93 @@
+"""What the graph of a machine tells at once: states without a way in or out, and states that are equal.
+
+In: states, transitions and templates. Out: findings, one a machine and kind, with the number of states and
+the names of the first.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.expansion.adjacency import Arcs, sources
+from gesturec.expansion.states import Floats, Ints, MachineStates
+from gesturec.lowering.lowered import LoweredMachine
+
+EQUAL: Final = 1e-9  # m: positions this near are equal but for rounding
+TOLD: Final = 3  # names that a finding lists
+
+
+def graph_findings(lowered: LoweredMachine, states: MachineStates, arcs: Arcs) -> list[Diagnostic]:
+    """Warnings of states that cannot be reached from another, or not be left."""
+    if states.count < 2:
+        return []
+    dead, unreached = dead_ends(arcs), unreachable(arcs)
+    findings = []
+    if len(dead):
+        findings.append(
+            Diagnostic("dead-end", f"machine `{lowered.name}` cannot leave {_told(states, dead)}", lowered.span)
+        )
+    if len(unreached):
+        message = f"machine `{lowered.name}` cannot reach {_told(states, unreached)} from any other state"
+        findings.append(Diagnostic("unreachable", message, lowered.span))
+    return findings
+
+
+def _told(states: MachineStates, ids: Ints) -> str:
+    names = ", ".join(f"`{states.names[i]}`" for i in ids[:TOLD])
+    more = f" and {len(ids) - TOLD:,} more" if len(ids) > TOLD else ""
+    return f"{len(ids):,} state{'s' if len(ids) > 1 else ''}: {names}{more}"
+
+
+def dead_ends(arcs: Arcs) -> Ints:
+    """States that lead nowhere but to themselves."""
+    leaves = sources(arcs) != arcs.target
+    return np.setdiff1d(np.arange(len(arcs.start) - 1), sources(arcs)[leaves])
+
+
+def unreachable(arcs: Arcs) -> Ints:
+    """States to which no other leads."""
+    leaves = sources(arcs) != arcs.target
+    return np.setdiff1d(np.arange(len(arcs.start) - 1), arcs.target[leaves])
+
+
+def equal_states(template: Floats, visible: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Group of each state: the lowest state whose visible tokens are all in the same places."""
+    seen = template[:, visible].reshape(len(template), -1)
+    group = np.arange(len(template))
+    if not seen.shape[1]:
+        return group
+    # equal places are neighbours along any direction; what only looks equal along this one is told apart after
+    along = seen @ np.cos(np.arange(1, seen.shape[1] + 1))
+    order = np.lexsort((group, along))
+    runs = np.split(order, np.flatnonzero(np.diff(along[order]) > EQUAL * seen.shape[1]) + 1)
+    for run in (np.sort(run) for run in runs if len(run) > 1):
+        while len(run):
+            same = np.abs(seen[run] - seen[run[0]]).max(axis=1) <= EQUAL
+            group[run[same]] = run[0]
+            run = run[~same]
+    return group
+
+
+def equal_findings(
+    lowered: LoweredMachine, states: MachineStates, template: Floats, visible: NDArray[np.bool_]
+) -> list[Diagnostic]:
+    """One warning for a machine in which some states put every visible token in the same place."""
+    group = equal_states(template, visible)
+    twins = np.flatnonzero(group != np.arange(len(group)))
+    if not len(twins) or not visible.any():
+        return []
+    first = int(twins[0])
+    names = f"`{states.names[int(group[first])]}` and `{states.names[first]}`"
+    return [
+        Diagnostic(
+            "equal-states",
+            f"machine `{lowered.name}` has {len(twins):,} state{'s' if len(twins) > 1 else ''} whose tokens "
+            f"stand where another's do, as {names}",
+            lowered.span,
+            help="no token can tell them apart; ties go to the state that comes first",
+        )
+    ]

@@ -1,0 +1,342 @@
+"""States of one machine, by its kind, less what the constraints inside it remove.
+
+In: a lowered machine and the `require`s that name it alone. Out: `MachineStates`, and how much each
+constraint removed. A grid asks its constraints while it is built (`grid`); states that are written down one
+by one, and samples of a curve, are made first and asked afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import prod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.programs import evaluate_checked, first_undefined
+from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.expansion import curve
+from gesturec.expansion.conflict import smallest_conflict
+from gesturec.expansion.depend import dependence
+from gesturec.expansion.environment import Body, complete_values, environment, rows_of
+from gesturec.expansion.grid import Check, TooMany, share_removed, survivors
+from gesturec.expansion.limits import Limits, Refused, refuse_count
+from gesturec.expansion.states import Floats, Ints, MachineStates
+from gesturec.lowering.lowered import LoweredConstraint, LoweredMachine, NamedState
+
+
+class Removal(NamedTuple):
+    """What one constraint removes: the share of combinations on its own, None where that is not known."""
+
+    constraint: LoweredConstraint
+    share: float | None
+
+
+class Expanded(NamedTuple):
+    """States of a machine, the number of combinations that they are chosen from, and what was removed."""
+
+    states: MachineStates
+    combinations: int
+    removals: tuple[Removal, ...]
+
+
+def expand_states(body: Body, machine: int, requires: Sequence[LoweredConstraint], limits: Limits) -> Expanded:
+    """States of a machine; Refused if there are too many or none."""
+    lowered = body.model.machines[machine]
+    if lowered.kind == "grid":
+        return _grid(body, machine, requires, limits)
+    states = _written(body, machine, limits)
+    return _filtered(body, states, requires)
+
+
+def _grid(body: Body, machine: int, requires: Sequence[LoweredConstraint], limits: Limits) -> Expanded:
+    free = free_of(body, machine)
+    counts = [len(body.model.joints[joint].levels) for joint in free]
+    checks = [_check(body, free, constraint) for constraint in requires]
+    refuse_grid(body, machine, counts, bool(checks), limits)
+    try:
+        level = survivors(counts, checks, limits.max_states)
+    except TooMany as error:
+        raise Refused(_too_many(body, machine, counts, error.found, limits)) from None
+    if not len(level):
+        raise Refused(unsatisfiable(body, machine, counts, requires, checks))
+    removals = tuple(Removal(c, share_removed(counts, check)) for c, check in zip(requires, checks, strict=True))
+    whole = len(level) == prod(counts)
+    return Expanded(grid_states(body, machine, free, level, tuple(counts) if whole else None), prod(counts), removals)
+
+
+def free_of(body: Body, machine: int) -> tuple[int, ...]:
+    """The quantised joints of a machine, in chain order."""
+    return tuple(j for j in body.model.machines[machine].joints if body.model.joints[j].source == "quantised")
+
+
+def refuse_grid(body: Body, machine: int, counts: Sequence[int], constrained: bool, limits: Limits) -> None:
+    """Refuse a product that is too large, saying which joints multiply to it."""
+    lowered, joints = body.model.machines[machine], body.model.joints
+    factors = [f"{joints[j].name} {n}" for j, n in zip(free_of(body, machine), counts, strict=True)]
+    what, total = f"machine `{lowered.name}` has too many states", prod(counts)
+    if not constrained:
+        refuse_count(total, limits.max_states, what, "--max-states", lowered.span, factors)
+    what = f"machine `{lowered.name}` has too many combinations of levels to ask its constraints about"
+    refuse_count(total, limits.max_combinations, what, "max_combinations", lowered.span, factors)
+
+
+def _too_many(body: Body, machine: int, counts: Sequence[int], found: int, limits: Limits) -> Diagnostic:
+    lowered, joints = body.model.machines[machine], body.model.joints
+    factors = " × ".join(f"{joints[j].name} {n}" for j, n in zip(free_of(body, machine), counts, strict=True))
+    return Diagnostic(
+        "too-many-states",
+        f"machine `{lowered.name}` has too many states: at least {found:,} of {factors} survive its constraints; "
+        f"the limit is {limits.max_states:,}",
+        lowered.span,
+        help="take fewer levels, constrain more, or raise `--max-states`",
+    )
+
+
+def _check(body: Body, free: Sequence[int], constraint: LoweredConstraint) -> Check:
+    """A constraint as a truth over levels of the joints that it depends on."""
+    operations = body.sets.resolve(constraint.program.operations)
+    joints = sorted(dependence(body.model, constraint.program.operations).joints, key=free.index)
+    values = [np.array([level.value for level in body.model.joints[joint].levels]) for joint in joints]
+
+    def holds(levels: Sequence[NDArray[Any]]) -> NDArray[np.bool_]:
+        where = {joint: value[level] for joint, value, level in zip(joints, values, levels, strict=True)}
+        truth, undefined = evaluate_checked(operations, environment(body, where, {}))
+        shape = np.broadcast_shapes(*(level.shape for level in levels))
+        refuse_undefined(body, constraint, undefined, where, shape)
+        return np.broadcast_to(truth != 0, shape)  # unknown (NaN) does not prune
+
+    return Check(tuple(free.index(joint) for joint in joints), holds)
+
+
+def refuse_undefined(
+    body: Body,
+    constraint: LoweredConstraint,
+    undefined: NDArray[np.bool_] | None,
+    values: dict[int, Floats],
+    shape: tuple[int, ...],
+) -> None:
+    """Refuse a division by zero and its like, naming the first state in which it happens."""
+    first = first_undefined(undefined, shape)
+    if first is None:
+        return
+    place = np.unravel_index(first, shape)
+    labels = [_value_label(body, joint, np.broadcast_to(value, shape)[place]) for joint, value in values.items()]
+    raise Refused(
+        Diagnostic(
+            "division-by-zero",
+            f"`{constraint.name}` has no value where {', '.join(labels)}",
+            constraint.program.span,
+            help="guard it, as in `b != 0 and a / b > 2`",
+        )
+    )
+
+
+def _value_label(body: Body, joint: int, value: float) -> str:
+    lowered = body.model.joints[joint]
+    near = [level.label for level in lowered.levels if abs(level.value - value) < 1e-9]
+    return f"{lowered.name} is {near[0] if near else f'{value:.6g}'}"
+
+
+def unsatisfiable(
+    body: Body,
+    machine: int,
+    counts: Sequence[int],
+    requires: Sequence[LoweredConstraint],
+    checks: Sequence[Check],
+) -> Diagnostic:
+    """The finding for a machine without a state, with the smallest set of constraints that conflict."""
+
+    def conflicts(chosen: Sequence[int]) -> bool:
+        try:
+            return not len(survivors(counts, [checks[i] for i in chosen], 0))
+        except TooMany:
+            return False
+
+    return conflict_finding(body, machine, [requires[i] for i in smallest_conflict(len(checks), conflicts)])
+
+
+def conflict_finding(body: Body, machine: int, conflicting: Sequence[LoweredConstraint]) -> Diagnostic:
+    """One finding that shows every place of a conflict."""
+    lowered = body.model.machines[machine]
+    names = list(dict.fromkeys(constraint.name for constraint in conflicting))
+    told = " and ".join(f"`{name}`" for name in names)
+    one = len(names) == 1
+    return Diagnostic(
+        "unsatisfiable",
+        f"machine `{lowered.name}` is left without a state by {told}{'' if one else ', which conflict'}",
+        conflicting[0].span,
+        label="no combination of levels meets this" if one else "",
+        help="without any one of them there are states" if not one else None,
+        related=tuple(Related(f"conflicts with `{c.name}`", c.span) for c in conflicting[1:]),
+    )
+
+
+def grid_states(
+    body: Body, machine: int, free: tuple[int, ...], level: Ints, shape: tuple[int, ...] | None
+) -> MachineStates:
+    """The table of a grid from its levels."""
+    joints = body.model.joints
+    cells = {}
+    for position, joint in enumerate(free):
+        edges = np.array([(each.value, each.low, each.high) for each in joints[joint].levels])
+        cells[joint] = edges[level[:, position]].T
+    labels = [[each.label for each in joints[joint].levels] for joint in free]
+    columns = [[label[i] for i in level[:, position]] for position, label in enumerate(labels)]
+    names = tuple(map("/".join, zip(*columns, strict=True)))
+    return _table(body, machine, free, level, cells, names, shape)
+
+
+def _table(
+    body: Body,
+    machine: int,
+    free: tuple[int, ...],
+    level: Ints,
+    cells: dict[int, Floats],
+    names: tuple[str, ...],
+    shape: tuple[int, ...] | None = None,
+    at: Floats | None = None,
+    members: dict[str, Ints] | None = None,
+) -> MachineStates:
+    """Fill in the joints that are not free; a coupled one's cell is what its drivers' corners give."""
+    lowered = body.model.machines[machine]
+    n = len(names)
+    value, low, high = (np.zeros((n, len(lowered.joints))) for _ in range(3))
+    for kind, table in enumerate((value, low, high)):
+        completed = _completed(body, {joint: cell[kind] for joint, cell in cells.items()})
+        for column, joint in enumerate(lowered.joints):
+            table[:, column] = completed[joint]
+    return MachineStates(
+        machine=machine,
+        joints=tuple(lowered.joints),
+        free=free,
+        shape=shape,
+        level=level,
+        angle=value,
+        low=np.minimum(low, high),
+        high=np.maximum(low, high),
+        at=np.full(n, np.nan) if at is None else at,
+        names=names,
+        members=members if members is not None else {},
+    )
+
+
+def _completed(body: Body, values: dict[int, Floats]) -> dict[int, Floats]:
+    return complete_values(body.chain, values)
+
+
+def _written(body: Body, machine: int, limits: Limits) -> MachineStates:
+    """States that are named one by one, and samples of a curve before them."""
+    lowered = body.model.machines[machine]
+    free = free_of(body, machine)
+    total = _count_written(body, lowered, free)
+    what = f"machine `{lowered.name}` has too many states"
+    refuse_count(total, limits.max_states, what, "--max-states", lowered.span)
+    parts = [_curve_part(body, lowered)] if lowered.cycle else []
+    parts += [_named_part(body, state, free) for state in lowered.states]
+    names = tuple(name for part in parts for name in part.names)
+    joints = [joint for joint in lowered.joints if body.model.joints[joint].source in ("quantised", "keyed")]
+    cells = {joint: np.concatenate([part.cells[joint] for part in parts], axis=1) for joint in joints}
+    at = np.concatenate([part.at for part in parts])
+    level = np.concatenate([part.level for part in parts])
+    return _table(body, machine, free, level, cells, names, None, at, _members(lowered, parts))
+
+
+class _Part(NamedTuple):
+    """Some states: names, cells (value, low, high) of quantised and keyed joints, places, levels of free joints."""
+
+    name: str | None
+    names: tuple[str, ...]
+    cells: dict[int, Floats]
+    at: Floats
+    level: Ints
+
+
+def _count_written(body: Body, lowered: LoweredMachine, free: Sequence[int]) -> int:
+    total = lowered.cycle.samples if lowered.cycle else 0
+    for state in lowered.states:
+        named = {cell.joint for cell in state.cells}
+        total += prod(len(body.model.joints[joint].levels) for joint in free if joint not in named)
+    return total
+
+
+def _curve_part(body: Body, lowered: LoweredMachine) -> _Part:
+    assert lowered.cycle is not None
+    places = curve.sample_places(lowered.cycle.samples)
+    cells = {}
+    for joint in lowered.joints:
+        if body.model.joints[joint].source == "keyed":
+            value = curve.joint_values(lowered.cycle, joint, places)
+            cells[joint] = np.stack([value, value, value])
+    no_level = np.zeros((len(places), 0), np.int16)
+    return _Part(None, curve.sample_names(lowered.cycle), cells, places, no_level)
+
+
+def _named_part(body: Body, state: NamedState, free: Sequence[int]) -> _Part:
+    """A named state, once for every combination of levels of the joints that it leaves out."""
+    given = {cell.joint: np.array([[cell.value], [cell.low], [cell.high]]) for cell in state.cells}
+    left_out = [joint for joint in free if joint not in given]
+    levels = {joint: body.model.joints[joint].levels for joint in left_out}
+    grid = np.indices([len(levels[joint]) for joint in left_out]).reshape(len(left_out), -1)
+    n = grid.shape[1]
+    cells = {joint: np.repeat(cell, n, axis=1) for joint, cell in given.items()}
+    for joint, index in zip(left_out, grid, strict=True):
+        cells[joint] = np.array([(each.value, each.low, each.high) for each in levels[joint]]).T[:, index]
+    labels = [[levels[joint][i].label for i in index] for joint, index in zip(left_out, grid, strict=True)]
+    names = tuple("/".join((state.name, *parts)) for parts in zip(*labels, strict=True)) if labels else (state.name,)
+    level = np.stack([_levels_of(body, joint, cells[joint][0]) for joint in free], axis=1) if free else np.zeros((n, 0))
+    return _Part(state.name, names, cells, np.full(n, np.nan), level.astype(np.int16))
+
+
+def _levels_of(body: Body, joint: int, values: Floats) -> Ints:
+    """Level of each value; -1 where it is none."""
+    levels = np.array([level.value for level in body.model.joints[joint].levels])
+    nearest = np.abs(values[:, None] - levels).argmin(axis=1)
+    return np.where(np.abs(levels[nearest] - values) < 1e-9, nearest, -1)
+
+
+def _members(lowered: LoweredMachine, parts: Sequence[_Part]) -> dict[str, Ints]:
+    """What each name stands for: states, samples and phases."""
+    members: dict[str, Ints] = {}
+    start = 0
+    for part in parts:
+        ids = np.arange(start, start + len(part.names))
+        if part.name is not None:
+            members[part.name] = ids
+        members.update({name: ids[i : i + 1] for i, name in enumerate(part.names) if name != part.name})
+        start += len(part.names)
+    if lowered.cycle:
+        for phase in curve.all_phases(lowered.cycle.phases):
+            members[phase.name] = curve.phase_samples(lowered.cycle, phase)
+    return members
+
+
+def _filtered(body: Body, states: MachineStates, requires: Sequence[LoweredConstraint]) -> Expanded:
+    """Ask constraints of states that are there."""
+    body.states[states.machine] = states
+    masks = [truth_of(body, states, constraint) != 0 for constraint in requires]
+    removals = tuple(Removal(c, float(1 - mask.mean())) for c, mask in zip(requires, masks, strict=True))
+    kept = np.logical_and.reduce(masks) if masks else np.ones(states.count, bool)
+    if not kept.any():
+        chosen = smallest_conflict(len(masks), lambda ids: not np.logical_and.reduce([masks[i] for i in ids]).any())
+        raise Refused(conflict_finding(body, states.machine, [requires[i] for i in chosen]))
+    return Expanded(states.kept(kept), states.count, removals)
+
+
+def truth_of(body: Body, states: MachineStates, constraint: LoweredConstraint) -> Floats:
+    """A constraint's value in every state of the one machine that it names; NaN where unknown."""
+    values = rows_of(states)
+    where = environment(body, values, {states.machine: np.arange(states.count)})
+    result, undefined = evaluate_checked(body.sets.resolve(constraint.program.operations), where)
+    first = first_undefined(undefined, (states.count,))
+    if first is not None:
+        raise Refused(
+            Diagnostic(
+                "division-by-zero",
+                f"`{constraint.name}` has no value in state `{states.names[first]}`",
+                constraint.program.span,
+                help="guard it, as in `b != 0 and a / b > 2`",
+            )
+        )
+    return np.broadcast_to(result, (states.count,))

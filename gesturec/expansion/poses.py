@@ -1,0 +1,80 @@
+"""Poses as sets of states, wherever what they say falls into one truth a machine.
+
+In: lowered poses and the states of all machines. Out: for each pose a row over all states (1 holds, 0
+not, 2 unknown), and whether these rows say it all. A part of the pose that spans machines, or speaks of the
+world or of motion, is left to the pose's program; the rows then are what must hold besides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.programs import evaluate_checked, first_undefined
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.expansion.depend import conjuncts, dependence
+from gesturec.expansion.environment import Body, environment, rows_of
+from gesturec.expansion.limits import Refused
+from gesturec.expansion.states import Floats
+from gesturec.lowering.lowered import LoweredPose, Operation
+
+UNKNOWN: Final = 2
+
+
+class PoseTruth(NamedTuple):
+    """Truths of each machine's states, by machine, and whether they are the whole pose."""
+
+    rows: dict[int, NDArray[np.uint8]]
+    whole: bool
+
+
+def expand_pose(body: Body, pose: LoweredPose) -> PoseTruth:
+    """What a pose says of each machine's states."""
+    rows = {machine: np.ones(states.count, np.uint8) for machine, states in body.states.items()}
+    whole = True
+    for part in conjuncts(pose.program.operations):
+        depends = dependence(body.model, part)
+        machines = sorted(depends.machines(body.model))
+        if depends.motion or len(machines) != 1:
+            whole = whole and _is_true(body, part)
+            continue
+        truth = _truth(body, pose, machines[0], part)
+        rows[machines[0]] = _both(rows[machines[0]], truth)
+    return PoseTruth(rows, whole)
+
+
+def _is_true(body: Body, part: Sequence[Operation]) -> bool:
+    """Whether a part is the constant `true`, which leaves nothing to be asked."""
+    return len(part) == 1 and part[0].name == "constant" and part[0].value == 1.0
+
+
+def _truth(body: Body, pose: LoweredPose, machine: int, part: Sequence[Operation]) -> NDArray[np.uint8]:
+    states = body.states[machine]
+    where = environment(body, rows_of(states), {machine: np.arange(states.count)})
+    value, undefined = evaluate_checked(body.sets.resolve(part), where)
+    first = first_undefined(undefined, (states.count,))
+    if first is not None:
+        place = f"state `{states.names[first]}` of `{body.model.machines[machine].name}`"
+        raise Refused(
+            Diagnostic(
+                "division-by-zero",
+                f"pose `{pose.name}` has no value in {place}",
+                pose.program.span,
+                help="guard it, as in `b != 0 and a / b > 2`",
+            )
+        )
+    return _codes(np.broadcast_to(value, (states.count,)))
+
+
+def _codes(value: Floats) -> NDArray[np.uint8]:
+    return np.where(np.isnan(value), UNKNOWN, value != 0).astype(np.uint8)
+
+
+def _both(one: NDArray[np.uint8], other: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Kleene's and: false beats unknown, unknown beats true."""
+    result = np.maximum(one, other)
+    result[(one == 0) | (other == 0)] = 0
+    return result
