@@ -25,6 +25,7 @@ COMMANDS: Final = {
     "compile": "a model to a compiled file",
     "info": "facts of a model or of a recording",
     "dump": "a stage of the compiler, printed",
+    "graph": "a machine's states and transitions as a picture",
     "simulate": "a take of a model, and its truth",
     "decode": "recordings to states",
     "score": "agreement with truth or a human coder",
@@ -34,7 +35,7 @@ COMMANDS: Final = {
 """Every command that is built, and what it does; its module is `gesturec.cli.<name>_command`."""
 
 NOT_BUILT: Final = (
-    "new", "graph", "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin", "test",
+    "new", "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin", "test",
 )  # fmt: skip
 """Commands of the interface that are not built yet; refused by name."""
 
