@@ -12,11 +12,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final, NamedTuple, Protocol
 
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.errors import ModelError
 from gesturec.language.expressions.constants import CHAINED, constant_operations
 from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, StateTest, Token
 from gesturec.language.expressions.typed import Typed
 from gesturec.lowering.lowered import Operation, Program
 
+# A program of the language has some dozens.
+MOST_OPERATIONS: Final = 200_000
 LIMB_SHIFT: Final = 65536  # as `clearance` packs two limbs into one argument
 POSITIONS: Final = frozenset(("token", "local_token", "prev_token", "prev_local_token"))
 HAVE_BEFORE: Final = frozenset(("joint", "token", "local_token", "state_in", "cycle_at"))
@@ -42,8 +46,20 @@ class Ids(Protocol):
 
 
 def lower(typed: Typed, ids: Ids, mirrored: Sequence[int] = ()) -> Program:
-    """The program of a typed expression."""
-    return Program(tuple(_emit(typed, ids, tuple(mirrored))), typed.span)
+    """The program of a typed expression.
+
+    Raises
+    ------
+    ModelError
+        If it becomes too long: poses that are made of poses can double at every step.
+    """
+    operations: list[Operation] = []
+    for operation in _emit(typed, ids, tuple(mirrored)):
+        operations.append(operation)
+        if len(operations) > MOST_OPERATIONS:
+            message = f"the expression, with the poses in it, has more than {MOST_OPERATIONS:,} operations"
+            raise ModelError((Diagnostic("limit-exceeded", message, typed.span, help="poses repeat each other here"),))
+    return Program(tuple(operations), typed.span)
 
 
 def _emit(typed: Typed, ids: Ids, mirrored: tuple[int, ...]) -> Iterator[Operation]:
@@ -54,14 +70,23 @@ def _emit(typed: Typed, ids: Ids, mirrored: tuple[int, ...]) -> Iterator[Operati
     elif not typed.operands:
         yield _leaf(typed, ids)
         yield from _flips(typed, mirrored)
+    elif typed.op in CHAINED:
+        yield from _chain(typed.op, typed.operands, ids, mirrored)
     else:
-        takes_more = len(typed.operands) > 2 and typed.op in CHAINED
-        for i, operand in enumerate(typed.operands):
+        for operand in typed.operands:
             yield from _emit(operand, ids, mirrored)
-            if takes_more and i:
-                yield Operation(typed.op)
-        if not takes_more:
-            yield Operation(typed.op, typed.argument)
+        yield Operation(typed.op, typed.argument)
+
+
+def _chain(op: str, operands: Sequence[Typed], ids: Ids, mirrored: tuple[int, ...]) -> Iterator[Operation]:
+    """Many operands by halves, so that neither the stack nor whoever takes it apart again goes deep."""
+    if len(operands) == 1:
+        yield from _emit(operands[0], ids, mirrored)
+        return
+    half = len(operands) // 2
+    yield from _chain(op, operands[:half], ids, mirrored)
+    yield from _chain(op, operands[half:], ids, mirrored)
+    yield Operation(op)
 
 
 def _pose(typed: Typed, ids: Ids) -> Iterator[Operation]:

@@ -45,6 +45,7 @@ class Checker:
     findings: Findings
     loops: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rates: Kind | None = None
+    terms: int = 0  # of folds, written out so far
 
     def report(
         self, rule: str, message: str, span: Span, label: str = "", help: str | None = None, *related: Related

@@ -22,7 +22,7 @@ from gesturec.language.expressions.units import PURE
 if TYPE_CHECKING:
     from gesturec.language.expressions.check import Checker
 
-# Terms that one fold may be written out to.
+# Terms that the folds of one expression may be written out to.
 MOST_TERMS: Final = 2_000
 
 
@@ -91,13 +91,14 @@ def by_group(groups: Sequence[scope.Group]) -> dict[str, list[int]]:
 
 
 def too_many(checker: Checker, node: tree.Fold, groups: Sequence[scope.Group]) -> bool:
-    """Whether a fold would be written out too long; a finding if so."""
+    """Whether the folds of the expression would be written out too long; a finding if so."""
     members = {group.name: len(group.members) for group in groups}
     terms = prod(comb(members[name], len(places)) for name, places in by_group(groups).items())
-    if terms > MOST_TERMS:
-        message = f"the fold has {terms:,} terms; the limit is {MOST_TERMS:,}"
+    checker.terms += terms
+    if checker.terms > MOST_TERMS:
+        message = f"written out, the fold brings the expression to {checker.terms:,} terms; the limit is {MOST_TERMS:,}"
         checker.report("limit-exceeded", message, node.span)
-    return terms > MOST_TERMS
+    return checker.terms > MOST_TERMS
 
 
 def choices(groups: Sequence[scope.Group]) -> Iterator[tuple[tuple[str, ...], ...]]:

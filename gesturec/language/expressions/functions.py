@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.expressions import constants, names, scope, tree
-from gesturec.language.expressions.typed import TRUTH, Type, Typed
+from gesturec.language.expressions.typed import Type, Typed
 from gesturec.language.expressions.units import ANGLE, LENGTH, PURE, SPEED, SPIN, Kind
 
 if TYPE_CHECKING:

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
     from gesturec.language.expressions.build import Builder
 
-# An expression beyond these is no author's; the checker recurses two calls a level.
+# An expression beyond these is no author's; the checker recurses up to five calls a level.
 MOST_CHARACTERS: Final = 10_000
-MOST_BRACKETS: Final = 100
-MOST_DEPTH: Final = 150
+MOST_BRACKETS: Final = 60
+MOST_DEPTH: Final = 120
 
 STARTS: Final = ("expr", "interval", "wanted", "arc", "pattern")
 WHAT: Final = {
