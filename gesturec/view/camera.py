@@ -19,7 +19,9 @@ TURN, RAISE = np.deg2rad(24.0), np.deg2rad(14.0)
 RAISE_LYING: Final = np.deg2rad(50.0)
 
 
-def first_camera(rest: Floats, moving: Floats, rotation: Floats | None, up: Floats | None) -> dict[str, Any]:
+def first_camera(
+    rest: Floats, moving: Floats, root: tuple[int, ...], rotation: Floats | None, up: Floats | None
+) -> dict[str, Any]:
     """Where the camera stands.
 
     Parameters
@@ -28,6 +30,8 @@ def first_camera(rest: Floats, moving: Floats, rotation: Floats | None, up: Floa
         Nodes in the intrinsic frame at rest, shape (n_node, 3), m.
     moving
         Their mean over the take, same shape.
+    root
+        The nodes of the root part.
     rotation
         Intrinsic frame to world in the first frame with a pose; None if there is none.
     up
@@ -37,19 +41,24 @@ def first_camera(rest: Floats, moving: Floats, rotation: Floats | None, up: Floa
     -------
     `{"toward", "up", "radius"}`: unit vectors in the world, from the body to the camera and upwards; its size, m.
     """
+    if not len(rest):
+        return {"toward": [0.0, 0.0, 1.0], "up": [0.0, 1.0, 0.0], "radius": 0.1}
     turned = np.eye(3) if rotation is None else rotation
-    centred = rest - rest.mean(axis=0) if len(rest) else np.zeros((1, 3))
-    axes = np.linalg.svd(centred, full_matrices=True)[2]
-    along, thin = axes[0], axes[2]
-    reach = rest[-len(rest) // 2 :].mean(axis=0) - rest[: max(1, len(rest) // 2)].mean(axis=0) if len(rest) else along
-    along = along * (-1.0 if along @ reach < 0 else 1.0)
-    bend = (moving - rest).mean(axis=0) if len(rest) else thin
-    thin = thin * (-1.0 if thin @ bend < 0 else 1.0)
-    along, thin = turned @ along, turned @ thin
-    radius = float(np.linalg.norm(centred, axis=1).max()) if len(rest) else 0.1
+    limbs = np.setdiff1d(np.arange(len(rest)), root)
+    axes = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=True)[2]
+    reach = rest[limbs].mean(axis=0) - rest[list(root)].mean(axis=0) if len(limbs) and root else np.ones(3)
+    along = turned @ _pointing(axes[0], reach)
+    thin = turned @ _pointing(axes[2], (moving - rest).mean(axis=0))
     vertical = along if up is None else np.asarray(up, float)
     toward = _standing(thin, vertical) if abs(thin @ vertical) < LYING else _lying(along, vertical)
+    middle = (rest.min(axis=0) + rest.max(axis=0)) / 2
+    radius = float(np.linalg.norm(rest - middle, axis=1).max())
     return {"toward": toward.tolist(), "up": vertical.tolist(), "radius": max(radius, 1e-3)}
+
+
+def _pointing(axis: Floats, way: Floats) -> Floats:
+    """The axis or its opposite, whichever goes the way more."""
+    return -axis if axis @ way < 0 else axis
 
 
 def _standing(thin: Floats, up: Floats) -> Floats:

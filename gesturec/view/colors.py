@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 # Okabe and Ito, "Color universal design", 2008, without black and yellow: those vanish on one of the backgrounds
 MACHINE_COLORS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
-_LIGHTEST, _DARKEST = 0.90, 0.52  # lightness of a grid's first and last state; black text reads on both
+_LIGHTEST, _DARKEST = 0.91, 0.60  # lightness of a grid's first and last state; black text reads on both
 _CHROMA_LOW, _CHROMA_HIGH = 0.045, 0.135  # inside sRGB for every hue used here
 _GRID_HUE, _GRID_HUE_SPAN = 235.0, 75.0  # degrees: blue in the middle, green for inner, violet for outer joints
 _CYCLE_LIGHTNESS, _CYCLE_CHROMA = 0.78, 0.11

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from gesturec.view.layout import GraphLayout, layout_graph
-from gesturec.view.layout.types import Ints
+from gesturec.view.layout.types import Ints, text_width
 from gesturec.view.markup import element, number, text
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact, MachineTables
 
 MARGIN_PX: Final = 24.0
-HEADING_PX: Final = 58.0
+HEADING_PX: Final = 80.0
 _STYLE: Final = """
 text { font-family: system-ui, "Segoe UI", "DejaVu Sans", sans-serif; font-size: 11px; fill: #1b1f24 }
 .heading { font-size: 15px; font-weight: 600 } .caption { font-size: 12px; fill: #59636e }
@@ -30,11 +30,11 @@ def graph_svg(artifact: Artifact, machine: int) -> str:
     tables, layout = artifact.machine(machine), layout_graph(artifact, machine)
     heading = f"{artifact.manifest.name} · {tables.name}"
     moves = int((_sources(tables) != np.asarray(tables.transition_target)).sum())
-    caption = f"{len(tables.state_names):,} states, {moves:,} transitions. {_about(layout, tables)}"
-    room = 0.58 * 12 * len(caption)
+    counts = f"{len(tables.state_names):,} states, {moves:,} transitions between them"
+    about = layout.caption.removeprefix(f"{tables.name}: ")
+    room = max(text_width(line, 12) for line in (counts, about))
     width = max(layout.width, room) + 2 * MARGIN_PX
     height = layout.height + HEADING_PX + MARGIN_PX
-    left = MARGIN_PX + max(0.0, (width - 2 * MARGIN_PX - layout.width) / 2)
     body = "\n".join([*_behind(layout), *_arcs(layout), *_states(layout, tables.state_names), *_texts(layout)])
     parts = (
         element("title", text(heading)),
@@ -42,8 +42,9 @@ def graph_svg(artifact: Artifact, machine: int) -> str:
         _ARROW,
         element("rect", width="100%", height="100%", fill="#ffffff"),
         element("text", text(heading), x=number(MARGIN_PX), y=26, class_="heading"),
-        element("text", text(caption), x=number(MARGIN_PX), y=44, class_="caption"),
-        element("g", body, transform=f"translate({number(left)} {number(HEADING_PX)})"),
+        element("text", text(counts), x=number(MARGIN_PX), y=44, class_="caption"),
+        element("text", text(about), x=number(MARGIN_PX), y=60, class_="caption"),
+        element("g", body, transform=f"translate({number(MARGIN_PX)} {number(HEADING_PX)})"),
     )
     size = {"width": number(width), "height": number(height), "viewBox": f"0 0 {number(width)} {number(height)}"}
     return element("svg", "\n".join(parts), xmlns="http://www.w3.org/2000/svg", role="img", **size) + "\n"
@@ -63,10 +64,6 @@ _ARROW: Final = element(
         orient="auto",
     ),
 )
-
-
-def _about(layout: GraphLayout, tables: MachineTables) -> str:
-    return layout.caption.removeprefix(f"{tables.name}: ").capitalize() if layout.caption else ""
 
 
 def _sources(tables: MachineTables) -> Ints:

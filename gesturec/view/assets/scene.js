@@ -52,13 +52,20 @@ function meanOf(points) {
   return known.length ? times3(known.reduce(add, [0, 0, 0]), 1 / known.length) : null;
 }
 
+/** Middle of the box around points: what is to be in the middle of the picture. */
+function middleOf(points) {
+  const known = points.filter((p) => p);
+  if (!known.length) return null;
+  return [0, 1, 2].map((axis) => (Math.min(...known.map((p) => p[axis])) + Math.max(...known.map((p) => p[axis]))) / 2);
+}
+
 // Middle of the body in each frame, smoothed over a few frames so that the camera does not shake with the noise.
 const middles = [];
 function smoothMiddles() {
   const raw = [];
   for (let frame = 0; frame < frameCount; frame++) {
     const {nodes, measured} = placesOf(frame);
-    raw.push(meanOf(nodes) || meanOf(measured));
+    raw.push(middleOf(nodes) || middleOf(measured));
   }
   const reach = Math.max(1, Math.round((data.frames.rate || 25) / data.frames.every * 0.3));
   for (let frame = 0, before = [0, 0, 0]; frame < frameCount; frame++) {
@@ -70,7 +77,7 @@ function smoothMiddles() {
 let wholeMiddle = [0, 0, 0], wholeRadius = 0.1;
 function measureWhole() {
   if (!middles.length) return;
-  wholeMiddle = meanOf(middles);
+  wholeMiddle = middleOf(middles);
   wholeRadius = data.camera.radius + Math.max(...middles.map((m) => length3(sub(m, wholeMiddle))));
 }
 
@@ -88,8 +95,8 @@ function projector(width, height) {
   const {right, up, toward} = axes();
   const still = view.camera === "world";
   const target = still ? wholeMiddle : view.camera === "body" && firstPose >= 0 ? middles[firstPose] : middles[Math.max(0, view.frame)] || [0, 0, 0];
-  const radius = (still ? wholeRadius : data.camera.radius) / camera.zoom;
-  const size = Math.min(width, height * 1.05) / 2 * LENS;
+  const radius = (still ? wholeRadius : data.camera.radius) * 1.04 / camera.zoom;
+  const size = Math.min(width, height - 40) / 2 * LENS;
   const project = (point) => {
     const from = sub(point, target), depth = LENS * radius - dot3(from, toward);
     if (depth < 0.05 * radius) return null;

@@ -80,7 +80,7 @@ def place_in_panels(
     size = (high - low) * scale + 2 * MARGIN_PX
     size = np.maximum(size, side * 0.45)
     crowd = int(np.bincount(panel).max())
-    spacing = float(np.clip(0.62 * np.sqrt(size.prod() / crowd), least_px, 2.3 * LARGEST_RADIUS_PX))
+    spacing = float(np.clip(0.62 * np.sqrt(size.prod() / crowd), least_px, 2.45 * LARGEST_RADIUS_PX))
     middle = (low + high) / 2
     place = (flat - middle) * scale * (1, -1) + size / 2
     place = _push_apart_by_panel(place, panel, spacing, size)
@@ -88,7 +88,7 @@ def place_in_panels(
     gap = 16.0
     panels = tuple(Panel(t, k * (size[0] + gap), top, size[0], size[1]) for k, t in enumerate(titles))
     offset = np.array([[p.x, p.y] for p in panels])
-    return place + offset[panel], panels, spacing / 2.3
+    return place + offset[panel], panels, spacing / 2.45
 
 
 def panel_texts(panels: tuple[Panel, ...]) -> tuple[Text, ...]:
@@ -108,7 +108,7 @@ def push_apart(place: Floats, spacing: float, size: Floats, rounds: int = 300) -
 
     Deterministic: points at one place part along directions by their index.
     """
-    moved, margin = place.copy(), spacing / 2.3 + 3
+    moved, margin = place.copy(), spacing / 2.45 + 3
     n = len(place)
     turn = 2.399963 * np.arange(n)  # the golden angle, rad
     moved = moved + 0.01 * np.stack([np.cos(turn), np.sin(turn)], axis=1)

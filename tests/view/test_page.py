@@ -1,0 +1,159 @@
+"""The page in a browser: it starts without a fault, shows what was decoded, and asks the network for nothing."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.runtime.step import Decoding
+from gesturec.view.page import render_page
+
+LIT = "[...document.querySelectorAll('.node.lit')].map((node) => node.dataset.state)"
+FAULT = "document.documentElement.dataset.error || null"
+HATCHED = "[...document.querySelectorAll('#ribbon rect.undecided')].map((rect) => rect.getAttribute('fill'))"
+
+
+@pytest.fixture
+def opened(browser: Any, tmp_path: Path) -> Any:
+    """Write a page, open it, and fail on any fault of its script."""
+
+    def open_page(text: str, hash: str = "") -> Any:
+        path = tmp_path / "page.html"
+        path.write_text(text, encoding="utf-8")
+        browser.open(path, hash)
+        assert browser.run(FAULT) is None
+        return browser
+
+    return open_page
+
+
+def test_the_slider_moves_the_lit_state(hand: Artifact, make_take: Any, opened: Any) -> None:
+    take = make_take(hand, 40)
+    page = opened(render_page(hand, take, "walk"))
+    names = hand.manifest.states[hand.manifest.machines[0]]
+    assert page.run(LIT) == [names[take.state[0, 0]]]
+    page.run(
+        "(() => { const s = document.getElementById('slider'); s.value = 7; s.dispatchEvent(new Event('input')); })()"
+    )
+    assert page.run(LIT) == [names[take.state[7, 0]]]
+    page.press("ArrowRight")
+    assert page.run(LIT) == [names[take.state[8, 0]]]
+
+
+def test_the_arrow_keys_choose_a_machine(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 40), "walk"), "#frame=9")
+    page.press("ArrowDown")
+    second = hand.manifest.machines[1]
+    assert page.run("document.querySelector('.name.chosen').firstChild.data") == second
+    assert page.run(LIT) == [hand.manifest.states[second][9]]
+
+
+def test_successors_of_the_lit_state_are_marked(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 40), "walk"))
+    tables = hand.machine(0)
+    start, end = tables.transition_start[:2]
+    successors = {tables.state_names[target] for target in tables.transition_target[start:end]} - {
+        tables.state_names[0]
+    }
+    marked = set(page.run("[...document.querySelectorAll('.node.next')].map((node) => node.dataset.state)"))
+    # the picture has the slice of the current state alone
+    assert marked
+    assert marked <= successors
+
+
+def test_undecided_stretches_are_hatched_and_only_they(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 40, undecided=slice(10, 20)), "walk"), "#frame=12")
+    assert page.run(HATCHED) == ["url(#hatch)"] * len(hand.manifest.machines)
+    assert page.run(LIT) == []
+    assert page.run("document.querySelectorAll('.node.maybe').length") > 0
+    assert page.run("document.querySelector('#ribbon rect.undecided title').textContent").count("%") == 6
+    page = opened(render_page(hand, make_take(hand, 40), "walk"))
+    assert page.run(HATCHED) == []
+
+
+def test_the_canvas_shows_a_body_that_moves(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 40), "walk"))
+    ink = "(() => { const c = document.getElementById('canvas'); return c.toDataURL(); })()"
+    first = page.run(ink)
+    page.press("End")
+    assert page.run(ink) != first
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_a_take_of_no_or_one_frame_opens(hand: Artifact, make_take: Any, opened: Any, count: int) -> None:
+    page = opened(render_page(hand, make_take(hand, count), "short"))
+    assert page.run("document.getElementById('slider').disabled") is True
+    page.press(" ")
+    page.press("ArrowRight")
+    assert page.run(FAULT) is None
+
+
+def test_a_take_without_any_pose_shows_its_points(hand: Artifact, make_take: Any, opened: Any) -> None:
+    take = make_take(hand, 20)
+    lost = dataclasses.replace(
+        take, pose_rotation=take.pose_rotation * np.nan, pose_translation=take.pose_translation * np.nan
+    )
+    page = opened(render_page(hand, lost, "lost"))
+    assert "no pose" in page.run("document.getElementById('scene-note').textContent")
+
+
+def test_a_take_with_nothing_known_opens(hand: Artifact, make_take: Any, opened: Any) -> None:
+    take = make_take(hand, 20, undecided=slice(None), hidden=slice(None))
+    changed = {field: getattr(take, field) * np.nan for field in ("pose_rotation", "pose_translation", "scale", "time")}
+    changed["probability"] = take.probability * 0
+    page = opened(render_page(hand, dataclasses.replace(take, **changed), "dark"))
+    assert page.run("document.querySelectorAll('#ribbon rect.undecided').length") == len(hand.manifest.machines)
+
+
+def test_a_rigid_body_has_a_page_without_a_graph(opened: Any, make_take: Any, rigid: Artifact) -> None:
+    page = opened(render_page(rigid, make_take(rigid, 20), "head"))
+    assert "no machine" in page.run("document.getElementById('graph-box').textContent")
+
+
+def test_no_request_leaves_the_page(hand: Artifact, make_take: Any, opened: Any) -> None:
+    text = render_page(hand, make_take(hand, 20), "quiet")
+    page = opened(text)
+    page.press("End")
+    assert [url for url in page.requests if not url.startswith(("file:", "data:", "about:"))] == []
+    assert set(re.findall(r"https?://[^\s\"'<>]*", text)) == {"http://www.w3.org/2000/svg"}
+
+
+def test_hostile_names_are_only_text(hand: Artifact, make_take: Any, opened: Any, rename: Any) -> None:
+    nasty = rename(hand, lambda name: f"</script><img src=x onerror=document.title='owned'>{name}&amp;\u2028")
+    page = opened(render_page(nasty, make_take(nasty, 12), "</title></script><script>document.title='owned'</script>"))
+    assert "owned'</script>" in page.run("document.title")
+    assert page.run("document.title").endswith("gesturec")
+    assert page.run("document.querySelectorAll('img').length") == 0
+    assert page.run("document.scripts.length") == 2
+
+
+def test_a_policy_forbids_all_but_the_pages_own_code(hand: Artifact, make_take: Any) -> None:
+    text = render_page(hand, make_take(hand, 3), "policy")
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
+    assert policy is not None
+    assert policy[1].startswith("default-src 'none'")
+    assert "unsafe" not in policy[1]
+
+
+def test_a_long_take_stays_below_ten_megabytes(hand: Artifact, make_take: Any) -> None:
+    text = render_page(hand, make_take(hand, 5000), "long")
+    assert len(text) < 10_000_000
+
+
+def test_frames_are_thinned_out_beyond_the_budget(
+    hand: Artifact, make_take: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gesturec.view.payload.POSITION_BUDGET", 20_000)
+    take: Decoding = make_take(hand, 1000)
+    text = render_page(hand, take, "thin")
+    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])  # type: ignore[index]
+    every = data["frames"]["every"]
+    assert every > 1
+    assert data["frames"]["count"] == len(range(0, 1000, every))
