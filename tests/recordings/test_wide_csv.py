@@ -115,7 +115,7 @@ def test_a_missing_file_and_an_unknown_format_are_named(tmp_path: Path) -> None:
         read(tmp_path / "none.csv")
     other = tmp_path / "take.c3d"
     other.write_bytes(b"")
-    with pytest.raises(InputError, match="C3D files.*not built yet"):
+    with pytest.raises(InputError, match=r"C3D files.*not built yet"):
         read(other)
     with pytest.raises(InputError, match="`furlong` is not a unit"):
         read(other, "furlong")
