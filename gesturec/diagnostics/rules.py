@@ -124,6 +124,7 @@ WARNINGS: Final = (
     ("dead-end", "a state has no way out"),
     ("unreachable", "a state cannot be reached"),
     ("idle-constraint", "a constraint removes nothing"),
+    ("equal-states", "two states of a machine put every visible token in the same place"),
     ("never-matches", "a pattern can never be met"),
     ("empty-pose", "a pose holds in no state"),
 )

@@ -39,8 +39,8 @@ def periodic_spline(at: ArrayLike, value: ArrayLike, where: ArrayLike) -> Floats
         system[i, i] += 2 * (gap[i - 1] + gap[i])
         system[i, i - 1] += gap[i - 1]
         system[i, (i + 1) % n] += gap[i]
-    curvature = np.linalg.solve(system, 6 * (slope - np.roll(slope, 1)))
-    place: Floats = np.mod(np.asarray(where, np.float64) - at[0], 1.0) + at[0]
+    curvature = np.asarray(np.linalg.solve(system, 6 * (slope - np.roll(slope, 1))), np.float64)
+    place = np.mod(np.asarray(where, np.float64) - at[0], 1.0) + at[0]
     return _cubic(knots, heights, np.r_[curvature, curvature[0]], place)
 
 
@@ -57,7 +57,8 @@ def natural_spline(at: ArrayLike, value: ArrayLike, where: ArrayLike) -> Floats:
     for i in range(1, n - 1):
         system[i, i - 1 : i + 2] = gap[i - 1], 2 * (gap[i - 1] + gap[i]), gap[i]
         right[i] = 6 * (slope[i] - slope[i - 1])
-    return _cubic(at, value, np.linalg.solve(system, right), np.asarray(where, float))
+    curvature = np.asarray(np.linalg.solve(system, right), np.float64)
+    return _cubic(at, value, curvature, np.asarray(where, float))
 
 
 def _cubic(knots: Floats, heights: Floats, curvature: Floats, where: Floats) -> Floats:

@@ -1,0 +1,133 @@
+"""From a model's text to its artifact: the compiler's table of contents.
+
+In: a path or a `Source`, and settings. Out: an `Artifact` (or the `Model` that users hold), or `ModelError`
+with every finding. Each stage's product is data that `gesturec dump` prints.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.errors import ModelError
+from gesturec.diagnostics.rules import severity
+from gesturec.diagnostics.source import Source
+from gesturec.expansion.limits import DEFAULT_LIMITS, Limits
+from gesturec.model import Model
+
+ModelSource = str | os.PathLike[str] | Source
+
+
+class Compilation(NamedTuple):
+    """What a compile gives: the artifact (None where there are errors) and every finding, sorted by place."""
+
+    artifact: Artifact | None
+    findings: tuple[Diagnostic, ...]
+
+
+def compile_model(
+    source: ModelSource,
+    set: Mapping[str, object] | None = None,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Model:
+    """Compile a model.
+
+    Parameters
+    ----------
+    source
+        Path of a `.yaml` file, or its text as a `Source`.
+    set
+        Values of parameters, as text in the author's units or as numbers.
+    profile
+        Path of a person's profile: values of parameters, in YAML.
+    limits
+        What the compile may take.
+
+    Raises
+    ------
+    ModelError
+        With every finding, where one of them is an error.
+    """
+    artifact, findings = compile_stages(source, set, profile, limits)
+    if artifact is None:
+        raise ModelError(findings)
+    return Model(artifact, tuple(finding for finding in findings if severity(finding.rule) == "warning"))
+
+
+def compile_artifact(
+    source: ModelSource,
+    set: Mapping[str, object] | None = None,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Artifact:
+    """As `compile_model`, without the facade."""
+    return compile_model(source, set, profile, limits).artifact
+
+
+def findings_of(
+    source: ModelSource,
+    set: Mapping[str, object] | None = None,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> tuple[Diagnostic, ...]:
+    """Every finding about a model, sorted by place; none means that it compiles without a word."""
+    try:
+        return compile_stages(source, set, profile, limits).findings
+    except ModelError as error:
+        return error.diagnostics
+
+
+def compile_stages(
+    source: ModelSource,
+    set: Mapping[str, object] | None = None,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Compilation:
+    """Run all stages as far as they go; ModelError only where there is no text to speak of."""
+    product: object = None
+    findings: tuple[Diagnostic, ...] = ()
+    for _, product, findings in iterate_stages(source, set, profile, limits):
+        pass
+    return Compilation(product if isinstance(product, Artifact) else None, findings)
+
+
+def iterate_stages(
+    source: ModelSource,
+    set: Mapping[str, object] | None = None,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Iterator[tuple[str, object, tuple[Diagnostic, ...]]]:
+    """Each stage's name, product and all findings so far; ends after a stage with errors."""
+    from gesturec.checks.check import check_model
+    from gesturec.expansion.expand import expand_model
+    from gesturec.language.load import load_model
+    from gesturec.lowering.lower import lower_model
+
+    model = load_model(source)
+    yield "model", model, model.findings
+    body, findings = check_model(model, dict(set or {}), profile)
+    if body is None or has_errors(findings):
+        yield "body", None, findings
+        return
+    lowered = lower_model(body)
+    yield "lowered", lowered, findings
+    artifact, found = expand_model(lowered, limits)
+    yield "tables", artifact, sorted_findings((*findings, *found))
+
+
+def has_errors(findings: tuple[Diagnostic, ...]) -> bool:
+    """Whether any finding is an error."""
+    return any(severity(finding.rule) == "error" for finding in findings)
+
+
+def sorted_findings(findings: tuple[Diagnostic, ...]) -> tuple[Diagnostic, ...]:
+    """Findings by file and place, those without a place first."""
+
+    def place(finding: Diagnostic) -> tuple[str, int]:
+        return ("", 0) if finding.span is None else (finding.span.source.name, finding.span.start)
+
+    return tuple(sorted(findings, key=place))
