@@ -72,6 +72,10 @@ class Block(BaseModel):
         """Whether the author wrote this key."""
         return name in self._mapping
 
+    def is_hole(self, *names: str) -> bool:
+        """Whether one of these keys was written with a value that the reader refused."""
+        return any(name in self._mapping.holes for name in names)
+
     @classmethod
     def what(cls) -> str:
         """What this block is called in messages."""

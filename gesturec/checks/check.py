@@ -1,0 +1,163 @@
+"""The checks, as a table of contents: a `Model` becomes a `ResolvedBody`, and every fault on the way a finding.
+
+In: a model and the settings of its parameters. Out: the body with every name resolved, and the findings, all of
+them, each once, sorted by place. An unknown name becomes a hole about which nothing more is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from gesturec.checks.bindings import build_bindings
+from gesturec.checks.body import BodyLimb, Expressed, ResolvedBody
+from gesturec.checks.constraints import build_constraints, build_rules
+from gesturec.checks.environment import Environment
+from gesturec.checks.gestures import Gestures, written_gestures
+from gesturec.checks.limbs import build_limbs
+from gesturec.checks.machines import build_machines
+from gesturec.checks.model_tests import build_tests
+from gesturec.checks.names import build_groups, build_root, check_names, tokens_of
+from gesturec.checks.parameters import SCALE, Settled, settle
+from gesturec.checks.poses import Poses, typed_expression, written_poses
+from gesturec.checks.scopes import BodyScope, Names
+from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.language.document import Sequence, Text
+from gesturec.language.expressions.typed import Type, uses
+from gesturec.language.findings import Findings
+from gesturec.language.model import Model
+from gesturec.language.schema.blocks import JointEntry
+
+NO_SETTINGS: Mapping[str, object] = {}
+# Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
+FEWEST_ROOT_TOKENS = 3
+
+
+def check_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> tuple[Diagnostic, ...]:
+    """Every finding of a model, sorted by place."""
+    return resolve_model(model, settings)[1].sorted()
+
+
+def resolve_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> tuple[ResolvedBody, Findings]:
+    """The body of a model with every name resolved, and the findings. With an error in them it has holes."""
+    findings = Findings()
+    for finding in model.findings:
+        findings.add(finding)
+    settled = settle(model, settings, findings)
+    body = ResolvedBody(model, str(model.main.block.name or ""), settled.of(model.main))
+    body.scale, body.flip, body.parameters = settled.scale, settled.flip, dict(settled.effective)
+    refuse_unbuilt(model, findings)
+    build_parts(body, settled, findings)
+    return body, findings
+
+
+def refuse_unbuilt(model: Model, findings: Findings) -> None:
+    """What the language has and this compiler has not, by name."""
+    if model.main.block.bodies:
+        span = model.main.block.key("bodies")
+        findings.report("not-built", "`bodies`, several bodies in one model, is not built yet", span)
+
+
+def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
+    """Everything that a body is made of, each part in the names of those before it."""
+    environment = body.environment
+    build_root(body, environment)
+    build_limbs(body, settled, findings)
+    build_groups(body, findings)
+    plans = build_machines(body, environment, findings)
+    check_names(body, findings)
+    names = Names(lambda full: None, lambda full: None, {}, {})
+    poses = Poses(body, names, written_poses(body, environment))
+    gestures = Gestures(body, names, written_gestures(body, environment))
+    names.pose, names.gesture = poses.look_up, gestures.look_up
+    names.poses = own_names(list(poses.written.values()))
+    names.gestures = own_names(list(gestures.written.values()))
+    build_couplings(body, names, findings)
+    build_constraints(body, names, environment, findings)
+    build_rules(body, plans, names, environment)
+    for full in poses.written:
+        pose = poses.resolve(full)
+        if pose is not None:
+            body.poses[full] = pose
+    gestures.build()
+    body.exclusive = exclusive_of(body, environment)
+    body.bindings = build_bindings(body, settled, findings)
+    body.tests = build_tests(body, poses, tuple(gestures.written), environment)
+    warn(body, settled, findings)
+
+
+def own_names(written: list[object]) -> dict[str | None, tuple[str, ...]]:
+    """The own names of poses or gestures, by limb."""
+    found: dict[str | None, tuple[str, ...]] = {}
+    for item in written:
+        limb = item.limb.name if item.limb is not None else None  # type: ignore[attr-defined]
+        found[limb] = (*found.get(limb, ()), str(item.key))  # type: ignore[attr-defined]
+    return found
+
+
+def build_couplings(body: ResolvedBody, names: Names, findings: Findings) -> None:
+    """Type the `follows` of every coupled joint in the scope of its limb's joints."""
+    for limb in body.limbs.values():
+        section = limb.sections[0] if limb.sections else None
+        for entry in section.block.chain if section is not None else ():
+            joint = limb.joint(entry.joint) if isinstance(entry, JointEntry) and entry.joint is not None else None
+            if joint is None or not isinstance(entry, JointEntry) or entry.follows is None or section is None:
+                continue
+            scope = BodyScope(body, names, section.environment, limb, only_joints=True)
+            note = Related(f"expanded from limb `{limb.name}`", limb.span, note=True)
+            findings.context.append(note)
+            typed = typed_expression(entry.follows, scope, Type("number", joint.kind))
+            findings.context.remove(note)
+            if typed is not None:
+                if not uses(typed).joints:
+                    message = f"`{entry.follows}` names no joint to follow"
+                    findings.report("no-joint", message, entry.follows.span, "", "a fixed joint has `value:`")
+                joint.follows = Expressed(typed, scope, limb.name, entry.follows.span)
+
+
+def exclusive_of(body: ResolvedBody, environment: Environment) -> tuple[str, ...]:
+    """What changes only one at a time."""
+    top = body.model.main.block.transitions
+    node = top.exclusive if top is not None else None
+    items = [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
+    known = ("motion", "deformation", *body.machines)
+    for item in items:
+        if item not in known:
+            message = f"`{item}` is neither `motion`, `deformation` nor a machine"
+            environment.findings.report("unknown-machine", message, item.span, "", did_you_mean(item, known))
+    machines = [item for item in items if item in body.machines]
+    if machines and "deformation" in items:
+        message = "`deformation` is all machines together, so no machine stands beside it"
+        environment.findings.report("conflicting-keys", message, machines[0].span)
+    if len(items) == 1:
+        message = "of one thing at most one changes anyway"
+        environment.findings.report("idle-constraint", message, items[0].span)
+    return tuple(str(item) for item in items)
+
+
+def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
+    """What is legal and probably not meant."""
+    for name, (key, _, _) in settled.blocks.items():
+        given = body.environment.find(name)
+        if given is not None and not given.is_used and name != SCALE:
+            findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
+    measured = [token for token in body.root_tokens.values() if not token.virtual]
+    root = body.model.main.block.root
+    if root is not None and len(measured) < FEWEST_ROOT_TOKENS:
+        message = f"the root has {len(measured)} tokens to be measured; its frame is fitted from three or more"
+        findings.report("few-root-tokens", message, root.key("tokens") if root.has("tokens") else root.start)
+    for limb in blind_limbs(body):
+        message = f"no token of machine `{limb.name}` can be measured, so its states cannot be told apart"
+        findings.report("no-visible-token", message, limb.span)
+
+
+def blind_limbs(body: ResolvedBody) -> Iterator[BodyLimb]:
+    """Limbs with a machine of their own and no token that is measured, on them or on what hangs from them."""
+    carried: set[str] = {token.limb for token in tokens_of(body).values() if token.limb and not token.virtual and token.joint >= 0}
+    for _ in body.limbs:
+        carried |= {limb.parent[0] for limb in body.limbs.values() if limb.parent and limb.name in carried}
+    for limb in body.limbs.values():
+        if limb.machine == limb.name and limb.name not in carried and not limb.is_hole:
+            yield limb
+
+

@@ -1,0 +1,117 @@
+"""Gestures: patterns parsed, scoped and typed; what they are run by is the runtime's.
+
+In: the gestures' blocks of limbs and of the top. Out: `BodyGesture` with its truths typed and its shape as JSON.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from gesturec.checks import values
+from gesturec.checks.body import BodyGesture, BodyLimb, ResolvedBody
+from gesturec.checks.environment import Environment
+from gesturec.checks.scopes import BodyScope, Names
+from gesturec.language.document import Text
+from gesturec.language.expressions import tree
+from gesturec.language.expressions.build import ExpressionError
+from gesturec.language.expressions.gestures import check_gesture
+from gesturec.language.expressions.parse import parse_gesture
+from gesturec.language.expressions.scope import Gesture as GestureSymbol
+from gesturec.language.expressions.scope import Hole, Symbol
+from gesturec.language.expressions.units import TIME
+from gesturec.language.schema.blocks import Gesture
+from gesturec.language.schema.leaf import is_passed
+
+COOLDOWN, PATIENCE = 0.0, 0.3  # s, as the language says
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenGesture:
+    """A gesture as written: its limb (None at the top), key and block, and what it sees."""
+
+    full: str
+    limb: BodyLimb | None
+    key: Text
+    block: Gesture
+    environment: Environment
+
+
+@dataclass(eq=False)
+class Gestures:
+    """Every gesture of the body; patterns are parsed when first asked for."""
+
+    body: ResolvedBody
+    names: Names
+    written: dict[str, WrittenGesture]
+    parsed: dict[str, tree.Pattern | None] = field(default_factory=dict)
+
+    def look_up(self, full: str) -> Symbol | None:
+        """A gesture as a symbol; a hole where its pattern is wrong, None where there is none."""
+        written = self.written.get(full)
+        if written is None:
+            return None
+        pattern = self.pattern(written)
+        return Hole() if pattern is None else GestureSymbol(full, pattern, self.scope(written))
+
+    def scope(self, written: WrittenGesture) -> BodyScope:
+        """What a gesture sees."""
+        return BodyScope(self.body, self.names, written.environment, written.limb, motion=True)
+
+    def pattern(self, written: WrittenGesture) -> tree.Pattern | None:
+        """The tree of a gesture's pattern."""
+        if written.full not in self.parsed:
+            self.parsed[written.full] = self.parse(written)
+        return self.parsed[written.full]
+
+    def parse(self, written: WrittenGesture) -> tree.Pattern | None:
+        node = written.block.pattern
+        if is_passed(node):
+            assert node is not None
+            found, _ = values.whole(node, written.environment)
+            node = found if isinstance(found, Text) else None
+        if node is None:
+            return None
+        try:
+            return parse_gesture(node)
+        except ExpressionError as error:
+            written.environment.findings.add(error.diagnostic)
+            return None
+
+    def build(self) -> None:
+        """Check every gesture."""
+        for full, written in self.written.items():
+            built = self.one(written)
+            if built is not None:
+                self.body.gestures[full] = built
+
+    def one(self, written: WrittenGesture) -> BodyGesture | None:
+        """Check one gesture."""
+        environment, block = written.environment, written.block
+        cooldown = values.positive(block.cooldown, environment, TIME, zero=True)
+        patience = values.positive(block.patience, environment, TIME, zero=True)
+        pattern = self.pattern(written)
+        checked = None if pattern is None else check_gesture(pattern, self.scope(written), environment.findings)
+        if checked is None or block.pattern is None:
+            return None
+        return BodyGesture(
+            written.full,
+            written.limb.name if written.limb is not None else None,
+            checked,
+            str(block.pattern),
+            COOLDOWN if cooldown is None else cooldown,
+            PATIENCE if patience is None else patience,
+            written.key.span,
+        )
+
+
+def written_gestures(body: ResolvedBody, environment: Environment) -> dict[str, WrittenGesture]:
+    """Every gesture of limbs and of the top, by full name; of two with one name the first."""
+    found: dict[str, WrittenGesture] = {}
+    for limb in body.limbs.values():
+        for section in limb.sections:
+            for key, block in section.block.gestures.items():
+                full = f"{limb.name}.{key}"
+                found.setdefault(full, WrittenGesture(full, limb, key, block, section.environment))
+    for key, block in body.model.main.block.gestures.items():
+        found.setdefault(str(key), WrittenGesture(str(key), None, key, block, environment))
+    return found
