@@ -1,0 +1,39 @@
+"""Names of a source as names of the language: legal characters, no reserved word, each once in its scope."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from gesturec.language.schema.leaf import RESERVED
+
+# Words that mean something in a limb's or a body's expressions, though a name may be the same.
+CONFUSING: Final = frozenset(("machine", "any", "still", "moving", "turning", "enter", "leave"))
+
+
+def legal(text: str) -> str:
+    """The nearest name of the language.
+
+    >>> legal("left-arm.1"), legal("2nd"), legal("in")
+    ('left_arm_1', '_2nd', 'in_')
+    """
+    name = re.sub(r"[^A-Za-z0-9_]+", "_", text) or "part"
+    if name[0].isdigit():
+        name = "_" + name
+    return name + "_" if name in RESERVED | CONFUSING else name
+
+
+def unique(text: str, taken: set[str]) -> str:
+    """The nearest legal name that is not taken, which it is from now on."""
+    name, count = legal(text), 1
+    while name in taken:
+        count += 1
+        name = f"{legal(text)}_{count}"
+    taken.add(name)
+    return name
+
+
+def comment_text(text: str) -> str:
+    """A text of strangers as part of a comment: printable ASCII on one line, cut."""
+    line = re.sub(r"[^\x20-\x7e]", "?", text)
+    return line if len(line) <= 100 else line[:97] + "..."
