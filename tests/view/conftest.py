@@ -74,7 +74,7 @@ def walk_through_states(
         angle[:, tables.joints] = tables.angle[state[:, machine]]
         probability[frames, artifact.states(machine).start + state[:, machine]] = 1
     angle = complete_angles(chain_of(artifact.columns), angle)
-    measured = token_positions(chain_of(artifact.columns), angle) + [0.1, 0.2, 0.3]
+    measured = token_positions(chain_of(artifact.columns), angle) + np.array([0.1, 0.2, 0.3])
     measured[hidden] = np.nan
     for machine, size in enumerate(sizes):
         start = artifact.states(machine).start
@@ -140,9 +140,9 @@ class Browser:
         flags = "--headless --no-sandbox --disable-gpu --disable-background-networking --disable-component-update"
         flags += " --disable-sync --no-first-run --remote-debugging-pipe --window-size=1280,800"
         shuffle = f"exec {program} {flags} --user-data-dir='{profile}' 3<&{to_read} 4>&{to_write}"
-        self._process = subprocess.Popen(
-            ["bash", "-c", shuffle], pass_fds=(to_read, to_write), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        command = ["bash", "-c", shuffle]
+        quiet = subprocess.DEVNULL
+        self._process = subprocess.Popen(command, pass_fds=(to_read, to_write), stdout=quiet, stderr=quiet)
         os.close(to_read)
         os.close(to_write)
         self._rest, self._number, self.requests = b"", 0, list[str]()

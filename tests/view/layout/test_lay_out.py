@@ -1,0 +1,109 @@
+"""Layouts: circles do not cover each other, and neighbours in the picture are neighbours of the body."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.view.layout import GraphLayout, layout_graph
+from gesturec.view.layout.plane import tip_positions
+from gesturec.view.layout.trellis import split_axes
+
+
+def number(artifact: Artifact, name: str) -> int:
+    return artifact.manifest.machines.index(name)
+
+
+def distances(places: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    return np.linalg.norm(places[:, None] - places[None], axis=-1)
+
+
+@pytest.mark.parametrize("name", ["index", "middle", "ring", "little", "thumb"])
+def test_circles_do_not_cover_each_other(hand: Artifact, name: str) -> None:
+    layout = layout_graph(hand, number(hand, name))
+    apart = distances(layout.position) + 1e9 * np.eye(len(layout.position))
+    assert apart.min() >= 2 * layout.radius
+
+
+def test_a_finger_is_drawn_in_its_flexion_plane_by_abduction(hand: Artifact) -> None:
+    layout = layout_graph(hand, number(hand, "index"))
+    assert layout.kind == "plane"
+    assert [panel.title for panel in layout.panels] == ["abduction 0°", "abduction 45°"]
+    for k, panel in enumerate(layout.panels):
+        inside = layout.position[layout.panel == k] - [panel.x, panel.y]
+        assert (inside >= layout.radius).all()
+        assert (inside <= np.array([panel.width, panel.height]) - layout.radius).all()
+
+
+def test_places_in_the_plane_are_the_tips_up_to_the_pushing_apart(hand: Artifact) -> None:
+    machine = number(hand, "middle")
+    layout, tip = layout_graph(hand, machine), tip_positions(hand, hand.machine(machine))
+    for k in range(len(layout.panels)):
+        inside = layout.panel == k
+        drawn, true = distances(layout.position[inside]), distances(tip[inside])
+        scale = np.median(drawn[true > 0] / true[true > 0])
+        # a circle moves by less than its own width, and so do two of them together at twice that
+        assert np.abs(drawn - scale * true).max() < 4 * layout.radius
+
+
+def test_the_straight_finger_is_on_the_right_and_the_bent_one_on_the_left_as_in_the_papers_figure(
+    hand: Artifact,
+) -> None:
+    layout = layout_graph(hand, number(hand, "index"))
+    names = hand.manifest.states["index"]
+    straight, folded, bent = (layout.position[names.index(name)] for name in ("0/0/0", "0/90/90", "0/90/0"))
+    assert straight[0] == layout.position[layout.panel == 0, 0].max()
+    assert folded[0] < straight[0] - 200
+    assert bent[1] == layout.position[layout.panel == 0, 1].min()
+
+
+def test_four_joints_are_a_trellis_with_every_joint_in_its_direction(hand: Artifact) -> None:
+    layout = layout_graph(hand, number(hand, "thumb"))
+    assert layout.kind == "trellis"
+    assert len(layout.panels) == 8
+    angle = np.asarray(hand.machine(number(hand, "thumb")).angle)
+    for panel in range(8):
+        inside = layout.panel == panel
+        # across is the outermost joint, down the one before it, the other two are the panel's own
+        assert np.ptp(angle[inside][:, :2], axis=0).max() == 0
+        assert np.corrcoef(layout.position[inside, 0], angle[inside, 3])[0, 1] > 0.99
+        assert np.corrcoef(layout.position[inside, 1], angle[inside, 2])[0, 1] > 0.99
+
+
+@pytest.mark.parametrize("name", ["index", "thumb"])
+def test_drawn_arcs_are_transitions_of_one_joint_by_one_level(hand: Artifact, name: str) -> None:
+    tables, layout = hand.machine(number(hand, name)), layout_graph(hand, number(hand, name))
+    assert len(layout.arcs)
+    step = np.deg2rad(30)
+    for source, target, both in layout.arcs.tolist():
+        row = tables.transition_target[tables.transition_start[source] : tables.transition_start[source + 1]]
+        back = tables.transition_target[tables.transition_start[target] : tables.transition_start[target + 1]]
+        assert target in row
+        assert (source in back) == bool(both)
+        moved = np.abs(tables.angle[source] - tables.angle[target])
+        assert layout.panel[source] == layout.panel[target]
+        assert np.isclose(moved[moved > 1e-9], step).all()
+
+
+@pytest.mark.parametrize(
+    ("counts", "expected"),
+    [
+        ((4,), ((0,), None, ())),
+        ((4, 5), ((0, 1), None, ())),
+        ((2, 4, 5), ((1, 2), 0, ())),
+        ((2, 4, 4, 4), ((2, 3), 1, (0,))),
+        ((3, 7, 9, 4, 7), ((3, 4), 2, (0, 1))),
+    ],
+)
+def test_the_joint_with_most_levels_makes_the_columns(counts: tuple[int, ...], expected: object) -> None:
+    assert split_axes(counts) == expected
+
+
+def test_every_layout_has_a_colour_a_label_and_a_place_for_each_state(hand: Artifact) -> None:
+    for machine in range(hand.n_machine):
+        layout: GraphLayout = layout_graph(hand, machine)
+        count = len(hand.machine(machine).state_names)
+        assert layout.position.shape == (count, 2)
+        assert len(layout.colors) == len(layout.labels) == len(layout.panel) == count
+        assert np.isfinite(layout.position).all()
