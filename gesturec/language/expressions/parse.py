@@ -179,7 +179,7 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
 def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[str]) -> Diagnostic:
     """A finding for a text that ends before it is complete, with the bracket that is still open."""
     end = len(place.text.rstrip())
-    last = re.search(r"[\w$]+\Z|.\Z", place.text[:end], re.DOTALL)
+    last = re.search(r"(?:[\w$]+|<->|->>?|\.\.|\*\*|[<>=!]=|.)\Z", place.text[:end], re.DOTALL)
     span = place.part(last.start() if last else 0, end)
     related: tuple[Related, ...] = ()
     if (opened := _open_bracket(place)) is not None and expected & {"RPAR", "RSQB"}:
