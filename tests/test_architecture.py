@@ -20,14 +20,15 @@ ORDER = (
     "checks",
     "lowering",
     "expansion",
+    "model",
     "compile",
+    "dump",
     "runtime",
     "recordings",
     "score",
     "simulate",
     "scaffold",
     "view",
-    "model",
     "cli",
 )
 """The rooms in the order of the pipeline; a room imports itself and earlier ones."""
@@ -73,7 +74,8 @@ def test_every_room_is_in_the_order() -> None:
 @pytest.mark.parametrize("path", FILES, ids=[str(path.relative_to(PACKAGE)) for path in FILES])
 def test_imports_only_point_backwards(path: Path) -> None:
     room = room_of(path)
-    for module in imports_of(path, at_import=False):
+    is_facade = room == "model"  # what users hold opens the later rooms when it is asked to, and not before
+    for module in imports_of(path, at_import=is_facade):
         parts = module.split(".")
         if parts[0] == "gesturec" and len(parts) > 1:
             assert ORDER.index(parts[1]) <= ORDER.index(room), f"{room} must not import {module}"

@@ -8,7 +8,7 @@ import time
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from gesturec.cli.models import add_model_options, load_artifact
+from gesturec.cli.models import add_model_options, compile_source
 from gesturec.cli.output import binary_output, check_folder
 
 
@@ -19,6 +19,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "-o", "--output", required=True, metavar="M.gcm", help="the compiled file (- is standard output)"
     )
     add_model_options(parser)
+    parser.add_argument("--strict", action="store_true", help="warnings count as errors")
     parser.add_argument("--json", action="store_true", help="say what was made as JSON")
 
 
@@ -26,11 +27,16 @@ def run(options: Namespace) -> int:
     """Compile and write."""
     from gesturec.artifact.store import write_artifact
     from gesturec.cli.info_command import model_facts
+    from gesturec.diagnostics.render import render_text
 
     if options.output != "-":
         check_folder(Path(options.output))
     began = time.perf_counter()
-    artifact = load_artifact(options.model, options)
+    model = compile_source(options.model, options)
+    sys.stderr.write(render_text(model.warnings))
+    if options.strict and model.warnings:
+        return 1
+    artifact = model.artifact
     data = write_artifact(artifact)
     with binary_output(options.output) as stream:
         stream.write(data)

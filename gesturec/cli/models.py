@@ -13,6 +13,7 @@ from gesturec.shipped import shipped_models
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
+    from gesturec.model import Model
 
 SOURCES = (".yaml", ".yml")
 COMPILED = ".gcm"
@@ -29,6 +30,7 @@ def add_model_options(parser: ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="a parameter's value (again for more)",
     )
+    parser.add_argument("--profile", metavar="P.yaml", help="a person's values of parameters")
     parser.add_argument("--max-states", type=count, metavar="N", help="most states of one machine")
 
 
@@ -59,12 +61,17 @@ def load_artifact(text: str, options: Namespace) -> Artifact:
     if text != "-" and model_path(text).suffix == COMPILED:
         from gesturec.artifact.store import load
 
-        if options.settings:
-            raise UsageError(f"--set changes a model before it is compiled, and {text} is compiled already")
+        if options.settings or options.profile:
+            raise UsageError(f"--set and --profile act before a model is compiled, and {text} is compiled already")
         return load(model_path(text))
-    from gesturec.compile import compile_artifact
+    return compile_source(text, options).artifact
 
-    return compile_artifact(source_of(text), **compile_options(options))
+
+def compile_source(text: str, options: Namespace) -> Model:
+    """The compiled model of an argument that is YAML, with the compiler's warnings."""
+    from gesturec.compile import compile_model
+
+    return compile_model(source_of(text), **compile_options(options))
 
 
 def source_of(text: str) -> Any:
@@ -87,4 +94,4 @@ def compile_options(options: Namespace) -> dict[str, Any]:
     if len(settings) < len(options.settings):
         raise UsageError("--set gives one parameter two values")
     limits = DEFAULT_LIMITS if options.max_states is None else Limits(max_states=options.max_states)
-    return {"set": settings, "limits": limits}
+    return {"set": settings, "profile": options.profile, "limits": limits}

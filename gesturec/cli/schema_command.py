@@ -16,8 +16,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Print the schema."""
-    from gesturec.language.schema import json_schema
+    from gesturec.language.schema.blocks import ModelFile
 
     with text_output(options.output) as stream:
-        stream.write(json.dumps(json_schema(), indent=2, ensure_ascii=False, sort_keys=True) + "\n")
+        stream.write(json.dumps(ModelFile.model_json_schema(), indent=2, ensure_ascii=False, sort_keys=True) + "\n")
     return 0
