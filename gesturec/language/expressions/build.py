@@ -16,19 +16,13 @@ from lark import Token, Transformer
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.source import Span
 from gesturec.language.expressions import tree
+from gesturec.language.expressions.parse import ExpressionError
 from gesturec.language.expressions.place import Place
 
 REPEAT = re.compile(r"\{\s*(\d+)\s*(?:(\.\.)\s*(\d+)?\s*)?\}|\?")
+HEXADECIMAL = re.compile(r"[xob][0-9A-Fa-f]+")
 # A pattern that asks for more repetitions than this would need an automaton without bound.
 MOST_REPEATS = 1000
-
-
-class ExpressionError(Exception):
-    """A text that is not what it should be; `diagnostic` says where and why."""
-
-    def __init__(self, diagnostic: Diagnostic) -> None:
-        self.diagnostic = diagnostic
-        super().__init__(diagnostic.message)
 
 
 def across(first: Span, last: Span) -> Span:
@@ -65,7 +59,8 @@ class Builder(Transformer[Token, Any]):
     def value(self, digits: Token, unit: Token | None, span: Span) -> float:
         if re.match(r"0\d", digits):
             raise ExpressionError(Diagnostic("bad-number", f"`{digits}` has a leading zero", span, "write it without"))
-        if unit is not None and (re.match(r"_\d", unit) or (digits == "0" and re.match(r"[xob][0-9A-Fa-f]+$", unit))):
+        touches = unit is not None and unit.start_pos == digits.end_pos
+        if unit is not None and touches and (unit[0] == "_" or (digits == "0" and HEXADECIMAL.fullmatch(unit))):
             whole = across(span, self.span(unit))
             raise ExpressionError(
                 Diagnostic("bad-number", f"`{digits}{unit}` is not a decimal number", whole, "digits and a point only")

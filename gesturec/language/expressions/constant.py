@@ -11,9 +11,8 @@ import math
 
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
-from gesturec.language.expressions.build import ExpressionError
 from gesturec.language.expressions.check import check
-from gesturec.language.expressions.parse import parse_expression, parse_interval
+from gesturec.language.expressions.parse import ExpressionError, parse_expression, parse_interval
 from gesturec.language.expressions.scope import Quantity, Scope
 from gesturec.language.expressions.typed import Type
 from gesturec.language.expressions.units import Kind

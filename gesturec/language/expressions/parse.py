@@ -45,6 +45,14 @@ MEANT: Final = {"=": "==", "&&": "and", "||": "or", "!": "not", "^": "**", "&": 
 _LOCK = Lock()
 
 
+class ExpressionError(Exception):
+    """A text that is not what it should be; `diagnostic` says where and why."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+        super().__init__(diagnostic.message)
+
+
 @cache
 def _parser() -> tuple[Lark, Builder]:
     from lark import Lark
@@ -94,8 +102,6 @@ def _number_alone(text: Text) -> tree.Expr | None:
 
 def _parse(text: Text, start: str) -> Any:
     from lark.exceptions import UnexpectedCharacters, UnexpectedToken, VisitError
-
-    from gesturec.language.expressions.build import ExpressionError
 
     place = place_of(text)
     if (finding := _too_large(place, start)) is not None:

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Text
 
-ESCAPE = re.compile(r"\\(x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|\r?\n[ \t]*|.)", re.DOTALL)
+ESCAPE = re.compile(r"\\(x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|.)", re.DOTALL)
+JOINED_LINE = re.compile(r"\\\r?\n[ \t]*")  # stands for no character at all
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,8 @@ def _walk(text: Text) -> tuple[int, ...]:
     quote = "" if text.plain else source[text.span.start]
     offsets: list[int] = []
     for char in text:
+        if quote == '"' and (joined := JOINED_LINE.match(source, at)):
+            at = joined.end()
         offsets.append(min(at, max(text.span.start, end - 1)))
         at = _after(source, at, char, quote)
     return (*offsets, min(at, end))

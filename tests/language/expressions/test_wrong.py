@@ -6,9 +6,8 @@ import pytest
 
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.rules import RULES
-from gesturec.language.expressions.build import ExpressionError
 from gesturec.language.expressions.gestures import check_gesture
-from gesturec.language.expressions.parse import parse_arc, parse_gesture, parse_interval
+from gesturec.language.expressions.parse import ExpressionError, parse_arc, parse_gesture, parse_interval
 from gesturec.language.expressions.scope import Parameters
 from gesturec.language.findings import Findings
 from tests.language.expressions.body import MILLIMETRES, Scope, checked, text_of
