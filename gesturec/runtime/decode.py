@@ -64,7 +64,7 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
     def column(name: str, *shape: int, dtype: Any = float) -> Any:
         return np.array([getattr(r, name) for r in records], dtype=dtype).reshape(len(records), *shape)
 
-    body = session._body
+    body = session.body
     machines, states = len(body.machines), int(body.state_start[-1])
     return Decoding(
         time=np.array(recording.time, dtype=float),
@@ -90,7 +90,7 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
 
 def _unknown(session: Session, step: Step) -> FrameRecord:
     """The row of a frame that was refused."""
-    body = session._body
+    body = session.body
     return FrameRecord(
         time=step.time,
         status=STATUS_ID[step.status],
@@ -110,15 +110,15 @@ def _unknown(session: Session, step: Step) -> FrameRecord:
 
 def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
     """What was decided, changed and ignored, as counts; `misfit` is the verdict on the take as a whole."""
-    machines = {t.name: _machine_report(t.name, steps) for t in session._body.machines}
+    machines = {t.name: _machine_report(t.name, steps) for t in session.body.machines}
     located = [step for step in steps if step.pose is not None]
     bad = sum(_mostly_misfit(step) for step in located)
     statuses = {s.name: sum(step.status == s.name for step in steps) for s in STATUSES}
     return {
         "frames": len(steps),
         "binding": session.binding,
-        "unmatched": list(session._plan.unmatched) if session._plan else [],
-        "ignored_points": list(session._plan.ignored) if session._plan else [],
+        "unmatched": list(session.plan.unmatched) if session.plan else [],
+        "ignored_points": list(session.plan.ignored) if session.plan else [],
         "status": {name: count for name, count in statuses.items() if count},
         "machines": machines,
         "misfit_frames": bad,

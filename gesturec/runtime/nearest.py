@@ -11,6 +11,7 @@ successors of the last state, under a threshold; nothing is done about gaps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -19,8 +20,10 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import MachineTables
 from gesturec.runtime.chi_square import chi_square_quantile
+from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import Evidence, emit, personal_variance
 from gesturec.runtime.reach import Graph, Mask, reach, spread
+from gesturec.runtime.sight import Sight
 
 Array = NDArray[np.float64]
 HOLD: Final = 1.0  # s for which an unseen machine keeps its last state; 19 of 20 hidden bursts are shorter
@@ -31,21 +34,7 @@ LITERAL_THRESHOLD: Final = 0.03  # m, token to template: farther is no match (th
 
 
 @dataclass(frozen=True, eq=False)
-class Decision:
-    """What is known of one machine after a frame."""
-
-    state: int  # -1 undecided
-    probability: Array  # (n_state,)
-    candidates: NDArray[np.int64]  # most probable first
-    status: str
-    seen: int
-    chi_square: float
-    limit: float
-    reachable: int
-
-
-@dataclass(frozen=True, eq=False)
-class Belief:
+class Carried:
     """What a machine carries from frame to frame."""
 
     allowed: Mask  # states possible after the last frame
@@ -63,19 +52,34 @@ class Nearest:
     growing: bool = True
     hold: float = HOLD
 
-    def start(self) -> Belief:
+    def start(self) -> Carried:
         """Anything is possible."""
-        return Belief(np.ones(len(self.tables.state_names), dtype=bool), -1, np.inf)
+        return Carried(np.ones(len(self.tables.state_names), dtype=bool), -1, np.inf)
 
-    def step(self, belief: Belief, evidence: Evidence | None, dt: float) -> tuple[Belief, Decision]:
+    def likelihood(self, evidence: Evidence) -> None:
+        """This decoder looks at states, not at cells."""
+
+    def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
+        """Decide all frames of a take, one after the other."""
+        carried, decisions = self.start(), []
+        for sight in sights:
+            carried, decision = self.settle(carried, [sight])
+            decisions.append(decision)
+        return decisions
+
+    def settle(self, belief: Carried, window: Sequence[Sight]) -> tuple[Carried, Decision]:
+        """Decide the first frame of a window; this decoder does not look at later ones."""
+        return self.step(belief, window[0].evidence, window[0].dt)
+
+    def step(self, belief: Carried, evidence: Evidence | None, dt: float) -> tuple[Carried, Decision]:
         """Advance by a frame; `evidence` is None where no token of the machine, or no pose, is there."""
         if not self.growing:
             return self._literal_step(belief, evidence)
         allowed = reach(self.graph, belief.allowed, dt) if dt > 0 else belief.allowed
-        belief = Belief(allowed, belief.state, belief.since + dt)
+        belief = Carried(allowed, belief.state, belief.since + dt)
         return self._unseen(belief) if evidence is None else self._seen(belief, evidence)
 
-    def _seen(self, belief: Belief, evidence: Evidence) -> tuple[Belief, Decision]:
+    def _seen(self, belief: Carried, evidence: Evidence) -> tuple[Carried, Decision]:
         fit = emit(self.tables, evidence)
         cost = fit.cost + 2 * self.tables.cost
         limit = chi_square_quantile(MISFIT_PROBABILITY, len(evidence.position) * 3)
@@ -93,19 +97,19 @@ class Nearest:
             return self._tied(belief, decision, reachable, tied)
         return self._settle(best, replace(decision, state=best, status="partial" if evidence.hidden else "ok"))
 
-    def _settle(self, state: int, decision: Decision) -> tuple[Belief, Decision]:
+    def _settle(self, state: int, decision: Decision) -> tuple[Carried, Decision]:
         allowed = np.zeros(len(self.tables.state_names), dtype=bool)
         allowed[state] = True
-        return Belief(allowed, state, 0.0), decision
+        return Carried(allowed, state, 0.0), decision
 
-    def _tied(self, belief: Belief, decision: Decision, cost: Array, tied: NDArray[np.int64]) -> tuple[Belief, Decision]:
+    def _tied(self, belief: Carried, decision: Decision, cost: Array, tied: NDArray[np.int64]) -> tuple[Carried, Decision]:
         """States that differ only where nothing is seen: keep the last one for a while, else none."""
         near = cost <= cost[tied[0]] + MARGIN
         kept = belief.state if belief.since <= self.hold and belief.state in tied else -1
         status = "partial" if kept >= 0 else "any"
-        return Belief(near, belief.state, belief.since), replace(decision, state=kept, status=status)
+        return Carried(near, belief.state, belief.since), replace(decision, state=kept, status=status)
 
-    def _unseen(self, belief: Belief) -> tuple[Belief, Decision]:
+    def _unseen(self, belief: Carried) -> tuple[Carried, Decision]:
         count = int(belief.allowed.sum())
         probability = belief.allowed / max(count, 1)
         held = belief.state >= 0 and belief.since <= self.hold
@@ -115,13 +119,13 @@ class Nearest:
         decision = Decision(state, probability, candidates, status, 0, np.nan, np.nan, count)
         return belief, decision
 
-    def _refuse(self, belief: Belief, decision: Decision) -> tuple[Belief, Decision]:
+    def _refuse(self, belief: Carried, decision: Decision) -> tuple[Carried, Decision]:
         """Undecided for now; after `hold` seconds every state is possible again, so nothing sticks."""
         if belief.since <= self.hold:
             return belief, decision
         return replace(belief, allowed=np.ones_like(belief.allowed), state=-1), decision
 
-    def _literal_step(self, belief: Belief, evidence: Evidence | None) -> tuple[Belief, Decision]:
+    def _literal_step(self, belief: Carried, evidence: Evidence | None) -> tuple[Carried, Decision]:
         if evidence is None:
             return self._unseen(replace(belief, since=0.0))
         allowed = spread(self.graph, belief.allowed, 1) if belief.state >= 0 else belief.allowed

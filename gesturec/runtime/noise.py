@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 PRIOR_NOISE: Final = 0.002  # m, believed before anything is measured: between a marker system and stereo
 PRIOR_WEIGHT: Final = 12.0  # token sights that the prior noise counts as
 MEMORY: Final = 2000.0  # token sights after which old ones fade
-PRIOR_SHAPE: Final = 0.002  # m, of root tokens; people's palms differ by some 3 %
-PRIOR_SHAPE_WEIGHT: Final = 6.0  # frames
+PRIOR_SHAPE: Final = 0.002  # m, of root tokens: people's palms differ by some 3 %
+PRIOR_SHAPE_WEIGHT: Final = 2.0  # frames
 SHAPE_MEMORY: Final = 300.0  # frames
 OUTLIER: Final = 16.0  # times the running variance beyond which a sample is left out
 FLOOR: Final = 5e-5  # m; no noise is smaller: keeps covariances well conditioned
@@ -33,10 +33,15 @@ class Noise:
     given: float | None
     covariance: Array  # (3, 3) m^2, of one point, world axes
     weight: float
-    shape_square: float  # m^2 an axis, of root tokens
+    shape_mean: float  # m^2 an axis, of root tokens; noise may bring it below 0
     shape_weight: float
     last: Array  # (2, n_token, 3): the two frames before
     last_dt: float
+
+    @property
+    def shape_square(self) -> float:
+        """Variance by which this body's proportions differ from the model's, m^2 an axis."""
+        return max(self.shape_mean, 0.0)
 
     def of_tokens(self, own: Array, covariance: Array | None) -> Array:
         """Covariance (n_token, 3, 3) of each token: its own, else the recording's, else the session's."""
@@ -79,14 +84,14 @@ def _second_difference(before: Array, last: Array, now: Array, dt_before: float,
     return difference[np.isfinite(difference).all(1)], 1 + (1 + ratio) ** 2 + ratio**2
 
 
-def learn_shape(noise: Noise, residual: Array, covariance: Array, freedom: int) -> Noise:
-    """Use the residuals (n, 3) of a root fit with `freedom` degrees left, of points with `covariance`."""
-    if freedom <= 0:
-        return noise
-    expected = float(np.trace(covariance, axis1=1, axis2=2).mean()) / 3 * freedom
-    excess = max(float((residual**2).sum()) - expected, 0.0) / freedom
-    if excess > OUTLIER**2 * noise.shape_square:
+def learn_shape(noise: Noise, excess: float, freedom: int) -> Noise:
+    """Use a frame's squares of root residuals beyond what noise explains, m^2, with degrees of freedom.
+
+    The mean may fall below zero by chance; only what is used of it (`shape_square`) is cut off there,
+    so that noise alone does not add up to shape.
+    """
+    if freedom <= 0 or excess > OUTLIER * freedom * max(noise.shape_square, PRIOR_SHAPE**2):
         return noise
     weight = noise.shape_weight + 1
-    square = (noise.shape_square * noise.shape_weight + excess) / weight
-    return replace(noise, shape_square=square, shape_weight=min(weight, SHAPE_MEMORY))
+    mean = (noise.shape_mean * noise.shape_weight + excess / freedom) / weight
+    return replace(noise, shape_mean=mean, shape_weight=min(weight, SHAPE_MEMORY))

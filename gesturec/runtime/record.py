@@ -14,33 +14,32 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.kinematics import complete_angles
 from gesturec.runtime.body import Body
-from gesturec.runtime.nearest import Decision
+from gesturec.runtime.decision import Decision
+from gesturec.runtime.machines import Shown
 from gesturec.runtime.pose import PoseEstimate
 from gesturec.runtime.status import STATUS_ID, STATUSES, gravest
 from gesturec.runtime.step import FrameRecord, MachineWhy, Pose, State, Step
-from gesturec.runtime.tracker import Track
 
 Array = NDArray[np.float64]
 HOLDS, HOLDS_NOT, UNKNOWN = 1, 0, 2
 
 
-def make_record(
-    body: Body, frame: int, time: float, decisions: Sequence[Decision], pose: PoseEstimate | None, measured: Array, track: Track
-) -> FrameRecord:
+def make_record(body: Body, shown: Shown, decisions: Sequence[Decision]) -> FrameRecord:
     """The frame as arrays."""
+    moment, pose = shown.moment, shown.pose
     state = np.array([d.state for d in decisions], dtype=np.int32)
     return FrameRecord(
-        time=time,
-        status=STATUS_ID[_frame_status(decisions, pose, measured)],
+        time=moment.time,
+        status=STATUS_ID[_frame_status(decisions, pose, moment.points.measured)],
         state=state,
         probability=np.concatenate([d.probability for d in decisions]).astype(np.float32) if decisions else np.zeros(0, np.float32),
         pose_rotation=np.full((3, 3), np.nan) if pose is None else pose.rotation,
         pose_translation=np.full(3, np.nan) if pose is None else pose.translation,
         scale=float("nan") if pose is None else float(np.exp(pose.log_scale)),
         joint_angle=joint_angles(body, state),
-        measured=measured,
-        filtered=track.position,
-        decided_frame=np.where(state >= 0, frame, -1).astype(np.int32),
+        measured=moment.points.measured,
+        filtered=moment.track.position,
+        decided_frame=np.where(state >= 0, moment.frame + np.array([d.delay for d in decisions], int), -1).astype(np.int32),
         root_residual=float("nan") if pose is None else pose.residual,
         poses=hold_poses(body, [d.candidates for d in decisions]),
     )
@@ -51,7 +50,10 @@ def _frame_status(decisions: Sequence[Decision], pose: PoseEstimate | None, meas
         return "no-tokens"
     if pose is None:
         return "pose-unknown"
-    words = tuple(d.status for d in decisions)
+    words = [d.status for d in decisions]
+    # one limb that fits no state is that limb's matter; the frame is a misfit where most that are seen are
+    if 2 * words.count("misfit") <= sum(d.seen > 0 for d in decisions):
+        words = ["undecided" if word == "misfit" else word for word in words]
     return gravest((*words, "ok" if pose.status == "ok" else pose.status))
 
 
@@ -81,12 +83,13 @@ def hold_poses(body: Body, candidates: Sequence[NDArray[np.int64]]) -> NDArray[n
     return truth.astype(np.uint8)
 
 
-def make_step(body: Body, frame: int, record: FrameRecord, decisions: Sequence[Decision], pose: PoseEstimate | None) -> Step:
+def make_step(body: Body, shown: Shown, record: FrameRecord, decisions: Sequence[Decision]) -> Step:
     """The frame in names."""
+    pose = shown.pose
     named = list(zip(body.machines, decisions, strict=True))
     holding = record.poses == HOLDS
     return Step(
-        frame_index=frame,
+        frame_index=shown.moment.frame,
         time=record.time,
         status=STATUSES[record.status].name,
         states={t.name: _state(body, t.joints, t.state_names, t.angle, d.state) for t, d in named},
@@ -108,4 +111,4 @@ def _state(body: Body, joints: NDArray[np.int32], names: Sequence[str], angle: A
 
 
 def _why(decision: Decision) -> MachineWhy:
-    return MachineWhy(decision.status, decision.seen, decision.chi_square, decision.limit, decision.reachable, 0)
+    return MachineWhy(decision.status, decision.seen, decision.chi_square, decision.limit, decision.reachable, decision.delay)

@@ -82,16 +82,21 @@ def fit_rigid(
     """
     if not spans_plane(body):
         return None
-    scaled = np.exp(log_scale) * body
-    starts = [horn(scaled, measured)]
-    starts += mirrored(scaled, measured, covariance, *starts[0])
-    weight = np.linalg.inv(covariance)
-    fits = [_gauss_newton(body, measured, weight, start, log_scale, scale_deviation) for start in starts]
+    fits = all_fits(body, measured, covariance, log_scale, scale_deviation)
     best = min(fits, key=lambda fit: fit.cost)
     if previous is None or len(fits) == 1:
         return best
     kept = max(fits, key=lambda fit: float(np.trace(previous[0].T @ fit.rotation)))
     return kept if kept.cost < best.cost + MIRROR_MARGIN else best
+
+
+def all_fits(body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float) -> list[RigidFit]:
+    """The fit from Horn's start, then that from its mirror image where there is one."""
+    scaled = np.exp(log_scale) * body
+    starts = [horn(scaled, measured)]
+    starts += mirrored(scaled, measured, covariance, *starts[0])
+    weight = np.linalg.inv(covariance)
+    return [_gauss_newton(body, measured, weight, start, log_scale, scale_deviation) for start in starts]
 
 
 def mirrored(body: Array, measured: Array, covariance: Array, rotation: Array, translation: Array) -> list[tuple[Array, Array]]:

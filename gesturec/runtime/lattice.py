@@ -1,0 +1,166 @@
+"""A machine's fine cells: what its belief is a function of.
+
+In: a machine's tables and the parts into which the artifact cuts each level's cell. Out: `Lattice`, the
+product of the free joints' parts with token moments of every cell, and the state that each lies in. A
+machine that is no plain grid, or would have more than `MOST_CELLS`, has its own states for cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.artifact import Artifact, MachineTables
+from gesturec.artifact.columns import VALUE_SOURCES
+from gesturec.artifact.kinematics import COUPLED, FIXED, Chain
+from gesturec.artifact.moments import Spread, cell_moments
+
+Array = NDArray[np.float64]
+MOST_CELLS: Final = 20_000  # of one machine: above, its token moments alone would take tens of MB
+QUANTISED: Final = VALUE_SOURCES.index("quantised")
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One free joint's cells, rising."""
+
+    low: Array  # (n,)
+    high: Array
+    level: NDArray[np.int64]  # (n,) the joint's level that each lies in
+    n_level: int
+    wraps: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """Cells of one machine, ids over the product of the axes, the last fastest; no axes: cells are states.
+
+    Attributes
+    ----------
+    state
+        State of each cell, (n_cell,); -1 where constraints removed it.
+    volume
+        Prior share of each cell, (n_cell,), sums to 1.
+    mean, covariance
+        Token moments, (n_cell, 3 n_token) m and (n_cell, 3 n_token, 3 n_token) m^2, frame of the tables.
+    spread
+        Largest eigenvalue of each token's covariance in each cell, (n_cell, n_token): for quick bounds.
+    reach
+        Radius of the tokens' workspace, m: the scale of an outlier's density.
+    """
+
+    axes: tuple[Axis, ...]
+    state: NDArray[np.int64]
+    volume: Array
+    mean: Array
+    covariance: Array
+    spread: Array
+    reach: float
+    n_state: int
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Cells along each axis; (n_state,) where cells are states."""
+        return tuple(len(axis.low) for axis in self.axes) or (len(self.state),)
+
+
+def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables) -> Lattice:
+    """Fine cells where the machine is a plain grid of moderate size, else its states."""
+    axes = _axes(artifact, tables)
+    if not axes or np.prod([len(a.low) for a in axes]) > MOST_CELLS:
+        volume = np.full(len(tables.state_names), 1 / len(tables.state_names))
+        return _lattice((), np.arange(len(volume)), volume, tables.mean, tables.covariance, len(volume))
+    free = [int(j) for j in tables.joints if artifact.columns["joint_source"][j] == QUANTISED]
+    index = np.indices([len(a.low) for a in axes]).reshape(len(axes), -1)
+    spreads = {j: Spread(a.low[i], a.high[i], 0.0) for j, a, i in zip(free, axes, index, strict=True)}
+    moments = cell_moments(chain, _with_fixed(artifact, tables, spreads), _followed(chain), list(tables.tokens), tables.parent)
+    volume = np.prod([(a.high - a.low)[i] for a, i in zip(axes, index, strict=True)], axis=0)
+    state = _states_of(tables, free, axes, artifact)[tuple(a.level[i] for a, i in zip(axes, index, strict=True))]
+    volume = np.where(state >= 0, volume, 0.0)
+    return _lattice(axes, state, volume / volume.sum(), moments.mean, moments.covariance, len(tables.state_names))
+
+
+def _lattice(
+    axes: tuple[Axis, ...], state: NDArray[np.int64], volume: Array, mean: Array, covariance: Array, n_state: int
+) -> Lattice:
+    n_cell, n_token = len(mean), mean.shape[1]
+    blocks = covariance.reshape(n_cell, n_token, 3, n_token, 3)[:, range(n_token), :, range(n_token), :]
+    spread = np.linalg.eigvalsh(np.swapaxes(blocks, 0, 1))[..., -1] if n_token else np.zeros((n_cell, 0))
+    cloud = mean.reshape(-1, 3)
+    reach = float(np.linalg.norm(cloud - cloud.mean(0), axis=1).max()) if len(cloud) else 1.0
+    return Lattice(axes, state, volume, mean.reshape(n_cell, -1), covariance, spread, max(reach, 1e-6), n_state)
+
+
+def _axes(artifact: Artifact, tables: MachineTables) -> tuple[Axis, ...]:
+    """The free joints' parts; empty where the machine is no plain grid."""
+    columns = artifact.columns
+    source = columns["joint_source"][tables.joints]
+    plain = tables.kind == "grid" and tables.step in ("adjacent", "any") and np.isin(source, (QUANTISED, COUPLED, FIXED)).all()
+    if not plain or not _is_product(tables, columns["joint_source"]):
+        return ()
+    return tuple(_axis(artifact, int(j)) for j in tables.joints[source == QUANTISED])
+
+
+def _is_product(tables: MachineTables, source: NDArray[np.int32]) -> bool:
+    """Whether every step between present states is free that `step` alone allows: no rule has added, removed or priced one."""
+    if tables.transition_cost.any():
+        return False
+    level = _levels(tables, source)
+    allowed = len(level) ** 2
+    if tables.step == "adjacent":
+        near = np.ones((len(level), len(level)), dtype=bool)
+        for column in level.T:
+            near &= np.abs(column[:, None] - column) <= 1
+        allowed = int(near.sum())
+    return len(tables.transition_target) == allowed
+
+
+def _levels(tables: MachineTables, source: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Rank of every state's value among those of each free joint, (n_state, n_free)."""
+    free = source[tables.joints] == QUANTISED
+    return np.stack([np.unique(v, return_inverse=True)[1] for v in tables.angle[:, free].T], -1).astype(np.int64)
+
+
+def _axis(artifact: Artifact, joint: int) -> Axis:
+    columns = artifact.columns
+    start, count = int(columns["joint_fine_start"][joint]), int(columns["joint_fine_count"][joint])
+    parts = slice(start, start + count)
+    low, high = np.asarray(columns["fine_low"][parts]), np.asarray(columns["fine_high"][parts])
+    level = np.asarray(columns["fine_level"][parts]).astype(np.int64)
+    return Axis(low, high, level, int(columns["joint_level_count"][joint]), bool(columns["joint_wrap"][joint]))
+
+
+def _states_of(tables: MachineTables, free: list[int], axes: tuple[Axis, ...], artifact: Artifact) -> NDArray[np.int64]:
+    """State with given levels, an array over the product of the levels; -1: removed."""
+    table = np.full([a.n_level for a in axes], -1, dtype=np.int64)
+    levels = []
+    for joint in free:
+        start, count = (int(artifact.columns[f"joint_level_{k}"][joint]) for k in ("start", "count"))
+        values = artifact.columns["level_value"][start : start + count]
+        own = tables.angle[:, list(tables.joints).index(joint)]
+        levels.append(np.abs(own[:, None] - values).argmin(1))
+    table[tuple(levels)] = np.arange(len(tables.angle))
+    return table
+
+
+def _with_fixed(artifact: Artifact, tables: MachineTables, spreads: dict[int, Spread]) -> dict[int, Spread]:
+    """Fixed joints stay at their value with the spread that the model gives them."""
+    count = len(next(iter(spreads.values())).low)
+    columns = artifact.columns
+    for joint in tables.joints:
+        if columns["joint_source"][joint] == FIXED:
+            value = np.full(count, columns["joint_value"][joint])
+            spreads[int(joint)] = Spread(value, value, float(columns["joint_spread"][joint]))
+    return spreads
+
+
+def _followed(chain: Chain) -> dict[int, list[int]]:
+    """Joints that each coupled joint follows, from its program."""
+    coupled = np.flatnonzero(chain.joint_source == COUPLED)
+    return {
+        int(j): sorted({argument for name, argument, _ in chain.programs.operations(int(chain.joint_program[j])) if name == "joint"})
+        for j in coupled
+    }

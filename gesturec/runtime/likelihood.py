@@ -1,0 +1,97 @@
+"""What the seen tokens say of each cell of a lattice: Gaussian with every covariance there is, and a floor.
+
+Each token is good or, with probability `OUTLIER`, anywhere in the limb's workspace. All tokens good is
+always weighed; where that fits nothing well, each token is left out in turn, and all of them. A bound on
+the distance from each token's largest eigenvalues saves the exact one for cells that cannot matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.runtime.chi_square import chi_square_quantile
+from gesturec.runtime.emission import Evidence
+from gesturec.runtime.lattice import Lattice
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+OUTLIER: Final = 0.01  # share of measurements that have nothing to do with their token
+DOUBT: Final = 0.99  # quantile of a good fit beyond which tokens are left out in turn
+NEGLIGIBLE: Final = 50.0  # chi-square beyond the best at which a cell's weight (1e-11) is not computed
+
+
+def cell_likelihood(lattice: Lattice, evidence: Evidence) -> NDArray[np.float32]:
+    """Likelihood of the seen tokens in every cell, (n_cell,), the largest 1."""
+    count = len(evidence.position)
+    floor = np.log(OUTLIER) - 3 * np.log(2 * lattice.reach)
+    whole, best = _log_gaussian(lattice, evidence, np.ones(count, dtype=bool))
+    terms = [whole + count * np.log1p(-OUTLIER), np.full(len(whole), count * floor)]
+    if count > 1 and best > chi_square_quantile(DOUBT, 3 * count):
+        for kept in _leaving_one_out(count):
+            part, _ = _log_gaussian(lattice, evidence, kept)
+            terms.append(part + (count - 1) * np.log1p(-OUTLIER) + floor)
+    top = max(float(term.max()) for term in terms)
+    total = sum(np.exp(term - top) for term in terms)
+    return np.asarray(total / np.max(total), dtype=np.float32)
+
+
+def _leaving_one_out(count: int) -> Iterator[Mask]:
+    for token in range(count):
+        kept = np.ones(count, dtype=bool)
+        kept[token] = False
+        yield kept
+
+
+def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> tuple[Array, float]:
+    """Log density of the kept tokens in every cell, and the least chi-square; cells that cannot matter get -inf."""
+    tokens = np.flatnonzero(evidence.seen)[kept]
+    own = np.flatnonzero(kept)
+    position = evidence.position[own]
+    rows, own_rows = _coordinates(tokens), _coordinates(own)
+    noise = evidence.covariance[np.ix_(own_rows, own_rows)]
+    bound = _bound(lattice, tokens, position, noise)
+    near = bound <= bound.min() + 4 * NEGLIGIBLE if len(bound) > 64 else np.ones(len(bound), dtype=bool)
+    residual = position.ravel() - lattice.mean[near][:, rows]
+    covariance = lattice.covariance[near][:, rows[:, None], rows] + noise
+    square, log_determinant = _squares(residual, covariance)
+    log_density = np.full(len(bound), -np.inf)
+    log_density[near] = -0.5 * (square + log_determinant + len(rows) * np.log(2 * np.pi))
+    return log_density, float(square.min())
+
+
+def _coordinates(tokens: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.asarray((3 * tokens[:, None] + np.arange(3)).ravel())
+
+
+def _bound(lattice: Lattice, tokens: NDArray[np.int64], position: Array, noise: Array) -> Array:
+    """A lower bound of the chi-square in every cell: the worst token's distance over its largest variance."""
+    mean = lattice.mean.reshape(len(lattice.mean), -1, 3)[:, tokens]
+    away = ((mean - position) ** 2).sum(2)
+    count = len(tokens)
+    blocks = noise.reshape(count, 3, count, 3)[range(count), :, range(count), :]
+    return np.asarray((away / (np.linalg.eigvalsh(blocks)[:, -1] + lattice.spread[:, tokens])).max(1))
+
+
+def _squares(residual: Array, covariance: Array) -> tuple[Array, Array]:
+    """Squared Mahalanobis length and log determinant, (n, k) and (n, k, k); three coordinates in closed form."""
+    if residual.shape[1] == 3:
+        return _squares_of_three(residual, covariance)
+    factor = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(factor, residual[..., None])[..., 0]
+    return (white**2).sum(1), 2 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(1)
+
+
+def _squares_of_three(residual: Array, covariance: Array) -> tuple[Array, Array]:
+    """By the adjugate of a symmetric 3 x 3 matrix."""
+    a, b, c = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 0, 2]
+    d, e, f = covariance[:, 1, 1], covariance[:, 1, 2], covariance[:, 2, 2]
+    aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d
+    dd, ee, ff = a * f - c * c, b * c - a * e, a * d - b * b
+    determinant = a * aa + b * bb + c * cc
+    x, y, z = residual.T
+    square = aa * x * x + dd * y * y + ff * z * z + 2 * (bb * x * y + cc * x * z + ee * y * z)
+    return square / determinant, np.log(determinant)

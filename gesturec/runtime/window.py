@@ -1,0 +1,173 @@
+"""Decoders `forward`, `viterbi` and `fuzzy`: one recursion over a semiring, deciding late.
+
+A belief is carried to each frame and joined with what the frame's tokens say; the frame is decided once
+the frames of the lag are there, by joining with what they say backwards. With sum and product this is the
+fixed-lag posterior (all frames: the smoother), with maximum and product Viterbi's best path through each
+state, with maximum and minimum a graded membership. The source paper's deferred decision is just this:
+`Decision.delay` tells how many frames a decision really had to wait.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.artifact import MachineTables
+from gesturec.runtime.chain import Belief, GraphChain, LatticeChain
+from gesturec.runtime.chi_square import chi_square_quantile
+from gesturec.runtime.decision import Decision, credible_set, most_probable
+from gesturec.runtime.emission import Evidence, emit, personal_variance
+from gesturec.runtime.likelihood import cell_likelihood
+from gesturec.runtime.semiring import Floats
+from gesturec.runtime.sight import Sight
+
+Array = NDArray[np.float64]
+MISFIT_PROBABILITY: Final = 0.999
+MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
+MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
+CHECKPOINT: Final = 64  # frames between beliefs that are kept when a whole take is smoothed
+UNSURE: Final = 0.15  # posterior of the best state below which none is chosen
+ANY_SHARE: Final = 0.5  # of all states in the 90 % set of an unseen limb: then any is possible
+
+
+class Carried(NamedTuple):
+    """What a machine carries from one decided frame to the next."""
+
+    belief: Belief | None  # None before the first frame
+    misfit: float  # running share of misfits
+    unseen: float | None  # s since some token was seen; None before the first frame
+
+
+@dataclass(frozen=True, eq=False)
+class WindowDecoder:
+    """The recursion for one machine."""
+
+    tables: MachineTables
+    chain: LatticeChain | GraphChain
+    lever: Array
+
+    def start(self) -> Carried:
+        """Nothing known."""
+        return Carried(None, 0.0, None)
+
+    def likelihood(self, evidence: Evidence) -> Floats:
+        """What a frame's tokens say of every cell."""
+        return cell_likelihood(self.chain.lattice, evidence)
+
+    def advance(self, carried: Carried, sight: Sight) -> Belief:
+        """Belief at the next frame, from it and all before."""
+        chain = self.chain
+        belief = chain.start() if carried.belief is None else chain.forward(carried.belief, sight.dt)
+        return chain.normalise(belief if sight.likelihood is None else chain.times(belief, sight.likelihood))
+
+    def backward(self, later: Belief | None, sight: Sight) -> Belief | None:
+        """What frames from `sight` on say of the frame before it; None says nothing."""
+        if later is None and sight.likelihood is None:
+            return None
+        chain = self.chain
+        belief = chain.ones() if later is None else later
+        belief = belief if sight.likelihood is None else chain.times(belief, sight.likelihood)
+        return chain.backward(chain.normalise(belief), sight.dt)
+
+    def settle(self, carried: Carried, window: Sequence[Sight]) -> tuple[Carried, Decision]:
+        """Decide the first frame of a window in the light of all of it."""
+        belief = self.advance(carried, window[0])
+        later: Belief | None = None
+        for sight in reversed(window[1:]):
+            later = self.backward(later, sight)
+        early = self.states(belief)
+        final = early if later is None else self.states(self.chain.product(belief, later))
+        return self.conclude(carried, window[0], belief, early, final, len(window) - 1)
+
+    def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
+        """Decide all frames of a take, each in the light of all.
+
+        Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back, so that memory
+        grows with the square root of the take's length.
+        """
+        carried, marks = self.start(), []
+        for n, sight in enumerate(sights):
+            if n % CHECKPOINT == 0:
+                marks.append(carried)
+            carried = carried._replace(belief=self.advance(carried, sight))
+        early, final = self._backwards(sights, marks)
+        carried, decisions = self.start(), []
+        for n, sight in enumerate(sights):
+            carried, decision = self.conclude(carried, sight, None, early[n], final[n], len(sights) - 1 - n)
+            decisions.append(decision)
+        return decisions
+
+    def _backwards(self, sights: Sequence[Sight], marks: Sequence[Carried]) -> tuple[list[Array], list[Array]]:
+        """Posteriors of the states from the past alone and from everything, of all frames."""
+        early: list[Array] = []
+        final: list[Array] = []
+        later: Belief | None = None
+        for block in range(len(marks) - 1, -1, -1):
+            start, carried = block * CHECKPOINT, marks[block]
+            beliefs = []
+            for sight in sights[start : start + CHECKPOINT]:
+                carried = carried._replace(belief=self.advance(carried, sight))
+                beliefs.append(carried.belief)
+            for n in range(start + len(beliefs) - 1, start - 1, -1):
+                belief = beliefs[n - start]
+                assert belief is not None
+                early.append(self.states(belief))
+                final.append(early[-1] if later is None else self.states(self.chain.product(belief, later)))
+                later = self.backward(later, sights[n])
+        return early[::-1], final[::-1]
+
+    def conclude(
+        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Array, lag: int
+    ) -> tuple[Carried, Decision]:
+        """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
+        first = carried.unseen is None
+        unseen = 0.0 if now.evidence is not None else (carried.unseen or 0.0) + now.dt
+        square, limit = self._misfit(now.evidence)
+        misfit = carried.misfit
+        if now.evidence is not None:
+            misfit = float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
+        state, candidates = most_probable(self._score(final)), credible_set(final)
+        status = self._status(now, misfit, final, candidates)
+        decided = status in ("ok", "partial", "coasting")
+        seen = 0 if now.evidence is None else int(now.evidence.seen.sum())
+        delay = 0 if most_probable(self._score(early)) == state else lag
+        decision = Decision(
+            state if decided else -1, final, candidates, status, seen, square, limit, int((early > 0).sum()), delay
+        )
+        return Carried(belief, misfit, unseen), decision
+
+    def states(self, belief: Belief) -> Array:
+        """Posterior of the states, (n_state,), from the cells."""
+        lattice = self.chain.lattice
+        cells = self.chain.cells(belief).astype(float)
+        kept = lattice.state >= 0
+        if self.chain.ring.sums:
+            total = np.bincount(lattice.state[kept], cells[kept], minlength=lattice.n_state)
+        else:
+            total = np.zeros(lattice.n_state)
+            np.maximum.at(total, lattice.state[kept], cells[kept])
+        return np.asarray(total / max(total.sum(), 1e-300))
+
+    def _score(self, posterior: Array) -> Array:
+        return posterior
+
+    def _status(self, now: Sight, misfit: float, posterior: Array, candidates: NDArray[np.int64]) -> str:
+        if now.evidence is None:
+            wide = len(candidates) > ANY_SHARE * len(posterior) or posterior.max() < UNSURE
+            return "any" if wide else "coasting"
+        if misfit > MISFIT_SHARE:
+            return "misfit"
+        if posterior.max() < UNSURE:
+            return "undecided"
+        return "partial" if now.evidence.hidden else "ok"
+
+    def _misfit(self, evidence: Evidence | None) -> tuple[float, float]:
+        """Least chi-square of the states' cells with an allowance for another person's limb, and its limit."""
+        if evidence is None:
+            return float("nan"), float("nan")
+        square = emit(self.tables, evidence, personal_variance(self.lever, evidence)).chi_square
+        return float(square.min()), chi_square_quantile(MISFIT_PROBABILITY, 3 * len(evidence.position))
