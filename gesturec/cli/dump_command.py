@@ -9,6 +9,7 @@ from typing import Any
 from gesturec.cli.models import COMPILED, add_model_options, compile_options, load_artifact, source_of
 from gesturec.cli.output import text_output
 from gesturec.cli.usage import UsageError
+from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 
 
@@ -60,8 +61,9 @@ def _stage(stage: str, source: Any, options: dict[str, Any]) -> object:
     """The product of a later stage; all findings where it was not reached."""
     from gesturec.compile import iterate_stages
 
-    findings = ()
-    for name, product, findings in iterate_stages(source, **options):
+    findings: tuple[Diagnostic, ...] = ()
+    for name, product, found in iterate_stages(source, **options):
         if name == stage:
             return product
+        findings = found
     raise ModelError(findings)
