@@ -18,7 +18,7 @@ HEADING_PX: Final = 80.0
 _STYLE: Final = """
 text { font-family: system-ui, "Segoe UI", "DejaVu Sans", sans-serif; font-size: 11px; fill: #1b1f24 }
 .heading { font-size: 15px; font-weight: 600 } .caption { font-size: 12px; fill: #59636e }
-.around { fill: #414a54 } .strong { font-weight: 600 }
+.around { fill: #414a54; paint-order: stroke; stroke: #ffffff; stroke-width: 3px } .strong { font-weight: 600 }
 .label { font-size: 9.5px; text-anchor: middle; fill: #10141a }
 .panel { fill: #f6f7f9; stroke: #d4d8de } .arc { stroke: #98a2ad; stroke-width: 1; fill: none }
 .state { stroke: #59636e; stroke-width: 0.8 }

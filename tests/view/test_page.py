@@ -157,3 +157,19 @@ def test_frames_are_thinned_out_beyond_the_budget(
     every = data["frames"]["every"]
     assert every > 1
     assert data["frames"]["count"] == len(range(0, 1000, every))
+
+
+def test_the_ribbon_shows_a_shorter_stretch_that_follows_the_frame(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 400), "walk"))
+    runs = "document.querySelectorAll('#ribbon rect:not(.lane)').length"
+    whole = page.run(runs)
+    page.press("+")
+    page.press("+")
+    part = page.run(runs)
+    assert part < whole / 2
+    page.press("End")
+    playhead = page.run("Number(document.querySelector('.playhead').getAttribute('x1'))")
+    assert playhead > page.run("document.querySelector('#ribbon').clientWidth") - 30
+    page.press("-")
+    page.press("-")
+    assert page.run(runs) == whole

@@ -111,6 +111,8 @@ function onKey(event) {
     End: () => show({frame: frameCount - 1, playing: false}),
     ArrowUp: () => show({machine: (view.machine + machines - 1) % machines, panel: -1}),
     ArrowDown: () => show({machine: (view.machine + 1) % machines, panel: -1}),
+    "+": () => zoomTime(0.5),
+    "-": () => zoomTime(2),
     " ": toggle,
   };
   if (!actions[event.key] || (event.key === " " && event.target.tagName === "BUTTON")) return;

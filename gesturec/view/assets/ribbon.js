@@ -6,7 +6,8 @@ const STATUS_COLORS = {
   ok: "#a9d8b8", partial: "#cde6c3", coasting: "#f1df9a", any: "#e3e5e8", undecided: "#d3d6da", misfit: "#f0a38f", lost: "#f0a38f",
   "pose-held": "#cbb9e3", "pose-unknown": "#b79bd9", "no-tokens": "#b79bd9", "time-refused": "#9aa0a8", "input-refused": "#9aa0a8", starting: "#e3e5e8",
 };
-const ribbon = {width: 0, playhead: null, names: []};
+const SHORTEST = 20;  // frames of the narrowest window
+const ribbon = {width: 0, playhead: null, names: [], from: 0, to: Math.max(1, frameCount)};
 
 /** Stretches of frames with one key: [[start, end, key], ...], end not included. */
 function runsOf(key) {
@@ -19,11 +20,17 @@ function runsOf(key) {
   return runs;
 }
 
-const xOf = (frame) => LEFT + frame / frameCount * (ribbon.width - LEFT - RIGHT);
+/** Where a frame is across the ribbon; frames outside the window are at its edges. */
+function xOf(frame) {
+  const share = (frame - ribbon.from) / (ribbon.to - ribbon.from);
+  return LEFT + Math.max(0, Math.min(1, share)) * (ribbon.width - LEFT - RIGHT);
+}
 
 /** A run as a rectangle with its name where that fits. */
 function block(parent, run, y, height, look) {
-  const [start, end] = run, x = xOf(start), wide = Math.max(0.6, xOf(end) - x - (xOf(end) - x > 4 ? 1 : 0));
+  const [start, end] = run;
+  if (end <= ribbon.from || start >= ribbon.to) return;
+  const x = xOf(start), wide = Math.max(0.6, xOf(end) - x - (xOf(end) - x > 4 ? 1 : 0));
   const rect = svg("rect", {x: x.toFixed(2), y, width: wide.toFixed(2), height, rx: wide > 6 ? 2 : 0, fill: look.fill, class: look.kind || null});
   rect.append(svg("title", {}, look.title));
   parent.append(rect);
@@ -122,7 +129,7 @@ function spanRows(root, name, spans, y) {
 }
 
 function timeAxis(root, y) {
-  const known = times.filter(Number.isFinite);
+  const known = times.subarray(ribbon.from, ribbon.to).filter(Number.isFinite);
   if (known.length < 2) return;
   const first = Math.min(known[0], known[known.length - 1]), last = Math.max(known[0], known[known.length - 1]);
   const step = nice(Math.max(1e-6, (last - first) / Math.max(2, (ribbon.width - LEFT) / 90)) * 2);
@@ -168,14 +175,35 @@ function buildRibbon() {
 function listen(root) {
   const seek = (event) => {
     const share = (event.clientX - root.getBoundingClientRect().left - LEFT) / (ribbon.width - LEFT - RIGHT);
-    show({frame: Math.floor(share * frameCount), playing: false});
+    show({frame: Math.floor(ribbon.from + share * (ribbon.to - ribbon.from)), playing: false});
   };
+  root.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey && !event.shiftKey) return;
+    event.preventDefault();
+    zoomTime(Math.exp((event.deltaY || event.deltaX) * 0.002));
+  }, {passive: false});
   root.addEventListener("pointerdown", (event) => { if (event.offsetX > LEFT - 4) { root.setPointerCapture(event.pointerId); seek(event); } });
   root.addEventListener("pointermove", (event) => { if (event.buttons & 1 && root.hasPointerCapture(event.pointerId)) seek(event); });
 }
 
+/** Show a window of frames of that size around the current one. */
+function setWindow(size) {
+  const width = Math.round(Math.max(Math.min(SHORTEST, frameCount), Math.min(frameCount, size)));
+  const from = Math.max(0, Math.min(frameCount - width, Math.round(view.frame - width / 2)));
+  if (from === ribbon.from && from + width === ribbon.to) return;
+  Object.assign(ribbon, {from, to: from + width});
+  buildRibbon();
+}
+
+function zoomTime(factor) {
+  if (!frameCount) return;
+  setWindow((ribbon.to - ribbon.from) * factor);
+  drawRibbon();
+}
+
 function drawRibbon() {
   if (!ribbon.playhead || !frameCount) return;
+  if (view.frame < ribbon.from || view.frame >= ribbon.to) setWindow(ribbon.to - ribbon.from);
   const x = xOf(view.frame + 0.5);
   ribbon.playhead.setAttribute("x1", x);
   ribbon.playhead.setAttribute("x2", x);
@@ -183,6 +211,8 @@ function drawRibbon() {
 }
 
 function startRibbon() {
+  $("closer").addEventListener("click", () => zoomTime(0.5));
+  $("wider").addEventListener("click", () => zoomTime(2));
   buildRibbon();
   new ResizeObserver(() => { if ($("ribbon").clientWidth !== ribbon.width) { buildRibbon(); drawRibbon(); } }).observe($("ribbon"));
   drawers.push(drawRibbon);

@@ -33,18 +33,19 @@ from gesturec.view.layout.plane import (
 )
 from gesturec.view.layout.trellis import trellis
 from gesturec.view.layout.types import Floats, GraphLayout, Ints, Text
-from gesturec.view.layout.wheel import PhaseSpan, wheel
+from gesturec.view.layout.wheel import PhaseSpan, wheel, wheel_arcs
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact, MachineTables
 
 # States of the largest picture: each is an element that a browser must hold
 MOST_STATES: Final = 20_000
-# Arcs of a map or a wheel; more are a disc of ink, and are told of in the caption instead
+# Arcs of a map; more are a disc of ink, and are told of in the caption instead
 MOST_ARCS_PER_STATE: Final = 6
 # States of a map whose names are written beside them, and how far circles then stand apart
 MOST_NAMES: Final = 40
 _NAMED_PX, _UNNAMED_PX = 64.0, 20.0
+_WEDGES: Final = "; a grey wedge: to or from each state at its rim"
 _LABEL_PX: Final = 9.5
 
 
@@ -150,9 +151,10 @@ def _wheel_layout(artifact: Artifact, tables: MachineTables) -> GraphLayout:
     closed = tables.kind == "cycle"
     phases = tuple(innermost_phases(artifact.manifest.phases.get(tables.name, ())))
     position, width, height, radius, texts, shapes = wheel(at, tables.state_names, phases, closed)
+    source, target, wedges = wheel_arcs(*transition_pairs(tables), at, position)
     return GraphLayout(
         "wheel",
-        f"{tables.name}: once round {'the cycle' if closed else 'the path'}, clockwise from the top",
+        f"{tables.name}: the {tables.kind} clockwise from the top{_WEDGES if wedges else ''}",
         width,
         height,
         position,
@@ -160,10 +162,10 @@ def _wheel_layout(artifact: Artifact, tables: MachineTables) -> GraphLayout:
         (),
         radius,
         ("",) * len(at),
-        _wheel_arcs(tables, at),
+        merge_ways(source, target, len(at)),
         cycle_colors(at),
         texts,
-        shapes,
+        (*wedges, *shapes),
     )
 
 
@@ -174,20 +176,6 @@ def innermost_phases(phases: tuple[Mapping[str, Any], ...]) -> Iterator[PhaseSpa
             yield from innermost_phases(tuple(phase["parts"]))
         else:
             yield PhaseSpan(phase["name"], float(phase["start"]), float(phase["end"]))
-
-
-def _wheel_arcs(tables: MachineTables, at: Floats) -> Ints:
-    """Steps to the next sample, and those to and from the hub where they are few."""
-    source, target = transition_pairs(tables)
-    beside = np.isnan(at)
-    n_ring = int((~beside).sum())
-    order = np.full(len(at), -1)
-    order[np.flatnonzero(~beside)[np.argsort(at[~beside])]] = np.arange(n_ring)
-    forward = (order[target] - order[source]) % max(1, n_ring) == 1
-    along = ~beside[source] & ~beside[target] & forward
-    spoke = beside[source] | beside[target]
-    kept = along | (spoke & (spoke.sum() <= MOST_ARCS_PER_STATE * len(at)))
-    return merge_ways(source[kept], target[kept], len(at))
 
 
 def _map_layout(tables: MachineTables) -> GraphLayout:

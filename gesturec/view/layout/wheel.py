@@ -21,6 +21,8 @@ BAND_PX: Final = 17.0  # half the width of the phases' sectors
 LABEL_PX: Final = 14.0  # from the sectors to the phases' names
 # A path's ring stays open by this share of a turn, so that its ends are not taken for neighbours
 OPENING: Final = 1 / 8
+# Neighbours that lead to one state of the hub from which on a wedge stands for them
+SHORTEST_WEDGE: Final = 3
 
 
 class PhaseSpan(NamedTuple):
@@ -47,8 +49,11 @@ def wheel(
     place[hub], hub_texts = _hub(hub, names, radius)
     centre = np.array([side, top])
     texts = [Text(t.x + side, t.y + top, t.text, t.anchor, t.panel, t.strong) for t in hub_texts]
-    texts += [_phase_text(phase, turn, size + BAND_PX + LABEL_PX, centre) for phase in phases]
-    shapes = tuple(_sector(phase, turn, size, centre) for phase in phases)
+    # a sector begins halfway before its first sample, which stands at the phase's start
+    shift = 0.5 / max(1, len(ring))
+    spans = [PhaseSpan(phase.name, phase.start - shift, phase.end - shift) for phase in phases]
+    texts += [_phase_text(span, turn, size + BAND_PX + LABEL_PX, centre) for span in spans]
+    shapes = tuple(_sector(span, turn, size, centre) for span in spans)
     return place + centre, 2 * side, 2 * top, max(radius, 3.0), tuple(texts), shapes
 
 
@@ -87,3 +92,42 @@ def _sector(phase: PhaseSpan, turn: float, size: float, centre: Floats) -> Shape
         f"L{ix1:.1f} {iy1:.1f}A{near:.1f} {near:.1f} 0 {large} 0 {ix0:.1f} {iy0:.1f}Z"
     )
     return Shape(path, fill=cycle_colors(np.array([(phase.start + phase.end) / 2]))[0])
+
+
+def wheel_arcs(source: Ints, target: Ints, at: Floats, place: Floats) -> tuple[Ints, Ints, tuple[Shape, ...]]:
+    """What is drawn of a wheel's moves: source and target of lines, and wedges.
+
+    Along the ring it is the step to the next sample. Where three or more neighbours on the ring all lead to one state
+    of the hub, or all from it, as a phase's samples do, a wedge stands for them with one line in its middle.
+    """
+    order = np.full(len(at), -1)
+    ring = np.flatnonzero(~np.isnan(at))
+    order[ring[np.argsort(at[ring], kind="stable")]] = np.arange(len(ring))
+    around = (order[source] >= 0) & (order[target] >= 0)
+    along = around & ((order[target] - order[source]) % max(1, len(ring)) == 1)
+    lines = [*zip(source[along].tolist(), target[along].tolist(), strict=True)]
+    inside = (order[source] < 0) & (order[target] < 0)
+    lines += zip(source[inside].tolist(), target[inside].tolist(), strict=True)
+    wedges = []
+    for state in np.flatnonzero(order < 0).tolist():
+        inwards = [(run, True) for run in _runs(source[(target == state) & (order[source] >= 0)], order)]
+        outwards = [(run, False) for run in _runs(target[(source == state) & (order[target] >= 0)], order)]
+        for run, inward in inwards + outwards:
+            shown = run if len(run) < SHORTEST_WEDGE else [run[len(run) // 2]]
+            lines += [(other, state) if inward else (state, other) for other in shown]
+            if len(run) >= SHORTEST_WEDGE:
+                wedges.append(_wedge(place[state], place[run]))
+    pairs = np.array(lines, np.int64).reshape(-1, 2)
+    return pairs[:, 0], pairs[:, 1], tuple(wedges)
+
+
+def _runs(states: Ints, order: Ints) -> list[list[int]]:
+    """States of the ring, cut wherever two are not next to each other."""
+    rising = states[np.argsort(order[states])]
+    cuts = np.flatnonzero(np.diff(order[rising]) > 1) + 1
+    return [run.tolist() for run in np.split(rising, cuts) if len(run)]
+
+
+def _wedge(hub: Floats, rim: Floats) -> Shape:
+    corners = "L".join(f"{x:.1f} {y:.1f}" for x, y in [hub.tolist(), *rim.tolist()])
+    return Shape(f"M{corners}Z", fill="#c3c9d0")
