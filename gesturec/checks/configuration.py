@@ -20,8 +20,7 @@ from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Node, Text
 from gesturec.language.expressions import constant, tree
-from gesturec.language.expressions.build import ExpressionError
-from gesturec.language.expressions.parse import parse_wanted
+from gesturec.language.expressions.parse import ExpressionError, parse_wanted
 from gesturec.language.expressions.units import ANGLE
 from gesturec.language.schema.leaf import wrong_kind
 

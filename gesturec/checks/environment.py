@@ -14,8 +14,7 @@ from gesturec.diagnostics.source import Span
 from gesturec.language.document import Node, Sequence, Text
 from gesturec.language.expressions import constant as constants
 from gesturec.language.expressions import tree
-from gesturec.language.expressions.build import ExpressionError
-from gesturec.language.expressions.parse import parse_expression
+from gesturec.language.expressions.parse import ExpressionError, parse_expression
 from gesturec.language.expressions.scope import Hole, ParameterValue, Quantity, Symbol, Unknown, Whole, Words
 from gesturec.language.expressions.units import Units
 from gesturec.language.findings import Findings

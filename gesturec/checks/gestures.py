@@ -13,9 +13,8 @@ from gesturec.checks.environment import Environment
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
-from gesturec.language.expressions.build import ExpressionError
 from gesturec.language.expressions.gestures import check_gesture
-from gesturec.language.expressions.parse import parse_gesture
+from gesturec.language.expressions.parse import ExpressionError, parse_gesture
 from gesturec.language.expressions.scope import Gesture as GestureSymbol
 from gesturec.language.expressions.scope import Hole, Symbol
 from gesturec.language.expressions.units import TIME
@@ -51,7 +50,7 @@ class Gestures:
         if written is None:
             return None
         pattern = self.pattern(written)
-        return Hole() if pattern is None else GestureSymbol(full, pattern, self.scope(written))
+        return Hole() if pattern is None else GestureSymbol(full, pattern, self.scope(written), written.limb.name if written.limb is not None else None)
 
     def scope(self, written: WrittenGesture) -> BodyScope:
         """What a gesture sees."""

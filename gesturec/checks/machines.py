@@ -19,8 +19,7 @@ from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Sequence, Text
 from gesturec.language.expressions import tree
-from gesturec.language.expressions.build import ExpressionError
-from gesturec.language.expressions.parse import parse_arc
+from gesturec.language.expressions.parse import ExpressionError, parse_arc
 from gesturec.language.expressions.units import TIME
 from gesturec.language.findings import Findings
 from gesturec.language.schema.blocks import LimbMachine, Machine, Transitions

@@ -93,6 +93,8 @@ def given_of(name: str, key: Text, block: Parameter, environment: Environment) -
 
 def setting_text(name: str, value: object) -> Text:
     """A setting as a text with a place of its own, so that it is parsed and reported like one of a file."""
+    if isinstance(value, Text):
+        return value
     text = f"{value!r}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
     source = Source(f"--set {name}", text)
     return Text(text, Span(source, 0, len(text)))
@@ -182,8 +184,7 @@ def check_range(name: str, value: Quantity, block: Parameter, environment: Envir
 def range_kind(block: Parameter, environment: Environment) -> Kind:
     """The kind of a range whose parameter's value is a bare number: that of its own units."""
     from gesturec.language.expressions import tree
-    from gesturec.language.expressions.build import ExpressionError
-    from gesturec.language.expressions.parse import parse_interval
+    from gesturec.language.expressions.parse import ExpressionError, parse_interval
     from gesturec.language.expressions.units import parse_unit
 
     try:

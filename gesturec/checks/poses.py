@@ -16,9 +16,8 @@ from gesturec.checks.scopes import BodyScope, Names
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Mapping, Text
 from gesturec.language.expressions import tree
-from gesturec.language.expressions.build import ExpressionError
 from gesturec.language.expressions.check import check
-from gesturec.language.expressions.parse import parse_expression
+from gesturec.language.expressions.parse import ExpressionError, parse_expression
 from gesturec.language.expressions.scope import Hole, Pose, Symbol
 from gesturec.language.expressions.typed import TRUTH, Typed, uses
 from gesturec.language.schema.leaf import is_passed

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple, Protocol
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.language.expressions.constants import CHAINED, constant_operations
-from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, StateTest, Token
+from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, SeenFrom, StateTest, Token
 from gesturec.language.expressions.typed import Typed
 from gesturec.lowering.lowered import Operation, Program
 
@@ -44,6 +44,9 @@ class Ids(Protocol):
     def pose(self, name: str) -> Sequence[Operation]:
         """The operations of a pose, already lowered with its own mirrors."""
 
+    def flips(self, limb: str) -> Sequence[int]:
+        """The axes across which a limb is mirrored."""
+
 
 def lower(typed: Typed, ids: Ids, mirrored: Sequence[int] = ()) -> Program:
     """The program of a typed expression.
@@ -70,6 +73,10 @@ def _emit(typed: Typed, ids: Ids, mirrored: tuple[int, ...]) -> Iterator[Operati
     elif not typed.operands:
         yield _leaf(typed, ids)
         yield from _flips(typed, mirrored)
+    elif typed.op == "seen_from":
+        (place,) = typed.symbols
+        assert isinstance(place, SeenFrom)
+        yield from _emit(typed.operands[0], ids, tuple(ids.flips(place.limb)))
     elif typed.op in CHAINED:
         yield from _chain(typed.op, typed.operands, ids, mirrored)
     else:

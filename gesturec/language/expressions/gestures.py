@@ -87,6 +87,7 @@ class Patterns:
     findings: Findings
     truths: list[Typed] = field(default_factory=list)
     open: list[str] = field(default_factory=list)
+    limbs: list[str | None] = field(default_factory=list)
     steps: int = 0
 
     def check(self, node: tree.Pattern, place: scope.Scope) -> Part | None:
@@ -133,9 +134,18 @@ class Patterns:
         if len(self.open) > 50:
             return self.findings.report("limit-exceeded", "gestures are made of gestures more than 50 deep", node.span)
         self.open.append(symbol.full)
+        self.limbs.append(symbol.limb)
         part = self.check(symbol.pattern, symbol.scope)
+        self.limbs.pop()
         self.open.pop()
         return part and Part(node.span, part.truth, part.inner)
+
+    def seen(self, typed: Typed) -> Typed:
+        """A truth with the limb in whose mirrors it is seen, where that is a named gesture's and not the pattern's."""
+        limb = next((limb for limb in reversed(self.limbs) if limb is not None), None)
+        if limb is None or typed.op == "pose" or typed.constant is not None:
+            return typed
+        return Typed("seen_from", TRUTH, typed.span, (typed,), (scope.SeenFrom(limb),))
 
     def truth(self, typed: Typed | None) -> Part | None:
         """A truth; counts as a step."""
@@ -145,7 +155,7 @@ class Patterns:
             self.findings.report("limit-exceeded", message, typed.span)
         if typed is None or self.steps > MOST_STEPS:
             return None
-        return Part(typed.span, typed)
+        return Part(typed.span, self.seen(typed))
 
     def number(self, part: Part) -> int:
         """The index of a truth, the same for the same truth."""

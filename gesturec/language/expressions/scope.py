@@ -63,11 +63,22 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Gesture:
-    """A gesture, which stands for its pattern in a pattern and is nothing elsewhere. `truth`: it is one truth."""
+    """A gesture, which stands for its pattern in a pattern and is nothing elsewhere.
+
+    What it says is seen in the mirrors of its `limb` (None: of the body), wherever it is named.
+    """
 
     full: str
     pattern: Any = None  # tree.Pattern, in the scope `scope`
     scope: Any = None  # Scope of the place where it is written
+    limb: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SeenFrom:
+    """The place of a truth that a limb's gesture brings into another pattern."""
+
+    limb: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +116,7 @@ class Hole:
     """A thing with a mistake that has been reported already; nothing more is said about it."""
 
 
-Symbol: TypeAlias = Joint | LevelTest | Token | StateTest | CycleAt | Pose | Gesture | Limb | Group | Unknown | Hole
+Symbol: TypeAlias = Joint | LevelTest | Token | StateTest | CycleAt | Pose | Gesture | SeenFrom | Limb | Group | Unknown | Hole
 
 
 @dataclass(frozen=True, slots=True)
