@@ -22,6 +22,7 @@ class Numbers:
     tokens: dict[str, int] = field(default_factory=dict)
     machines: dict[str, int] = field(default_factory=dict)
     poses: dict[str, tuple[Operation, ...]] = field(default_factory=dict)
+    mirrors: dict[str, tuple[int, ...]] = field(default_factory=dict)
 
     def joint(self, name: str) -> int:
         """Id of a joint by its full name."""
@@ -42,6 +43,10 @@ class Numbers:
     def pose(self, name: str) -> tuple[Operation, ...]:
         """The operations of a pose that is lowered already."""
         return self.poses[name]
+
+    def flips(self, limb: str) -> tuple[int, ...]:
+        """The axes across which a limb is mirrored."""
+        return self.mirrors[limb]
 
 
 def ordered_limbs(body: ResolvedBody) -> list[BodyLimb]:
@@ -64,6 +69,7 @@ def number_parts(body: ResolvedBody, limbs: list[BodyLimb]) -> Numbers:
     numbers = Numbers()
     for limb in limbs:
         numbers.limbs[limb.name] = len(numbers.limbs)
+        numbers.mirrors[limb.name] = flips_of(body, limb.name)
         for joint in limb.joints:
             numbers.joints[joint.full] = len(numbers.joints)
     for token in all_tokens(body, limbs):

@@ -23,12 +23,14 @@ from gesturec.checks.body import (
     ResolvedBody,
 )
 from gesturec.checks.check import NO_SETTINGS, resolve_model
+from gesturec.checks.joints import SAME
 from gesturec.language.expressions.typed import Typed, split, uses, walk
 from gesturec.language.model import Model
 from gesturec.lowering.frames import scaled_operations
 from gesturec.lowering.joints import (
     Numbers,
     all_tokens,
+    cells,
     flips_of,
     lowered_joint,
     lowered_token,
@@ -195,6 +197,19 @@ class Lowering:
         scale = self.body.scale if joint in self.slides else 1.0
         return joint, cell.value * scale, cell.low * scale, cell.high * scale
 
+    def state_cell(self, cell: BodyCell) -> JointCell:
+        """A joint's cell in a named state: of a quantised joint the cells of all levels that it takes in."""
+        joint, value, low, high = self.cell(cell)
+        body_joint = self.joints[joint]
+        levels = cells(body_joint, self.body.scale if joint in self.slides else 1.0)
+        slack = SAME * max(1.0, abs(value))
+        inside = [level for level in levels if low - slack <= level.value <= high + slack]
+        if body_joint.source != "quantised" or not inside:
+            return JointCell(joint, value, low, high)
+        if len(inside) > 1:
+            value = (inside[0].value + inside[-1].value) / 2
+        return JointCell(joint, value if len(inside) > 1 else inside[0].value, inside[0].low, inside[-1].high)
+
     def machine(self, machine: BodyMachine) -> LoweredMachine:
         limbs = [limb for limb in self.limbs if limb.name in machine.limbs]
         inside = {limb.name for limb in limbs}
@@ -209,7 +224,7 @@ class Lowering:
             span=machine.span,
             tick=machine.tick,
             states=tuple(
-                NamedState(state.name, tuple(JointCell(*self.cell(cell)) for cell in state.cells), state.span)
+                NamedState(state.name, tuple(self.state_cell(cell) for cell in state.cells), state.span)
                 for state in machine.states
             ),
             cycle=self.cycle(machine),
@@ -324,8 +339,7 @@ class Lowering:
         """A truth of a pattern as JSON."""
         if typed.op == "pose":
             return {"text": typed.span.text, "pose": typed.symbols[0].full}  # type: ignore[union-attr]
-        place = next((node.symbols[0].name.partition(".")[0] for node in walk(typed) if node.op == "local_token"), limb)  # type: ignore[union-attr]
-        operations = scaled_operations(self.operations(typed, place), self.body.scale, self.slides)
+        operations = scaled_operations(self.operations(typed, limb), self.body.scale, self.slides)
         return {"text": typed.span.text, "program": [operation_json(operation) for operation in operations]}
 
     def binding(self, binding: BodyBinding) -> LoweredBinding:
