@@ -102,21 +102,22 @@ def iterate_stages(
     limits: Limits = DEFAULT_LIMITS,
 ) -> Iterator[tuple[str, object, tuple[Diagnostic, ...]]]:
     """Each stage's name, product and all findings so far; ends after a stage with errors."""
-    from gesturec.checks.check import check_model
+    from gesturec.checks.check import resolve_model
     from gesturec.expansion.expand import expand_model
     from gesturec.language.load import load_model
-    from gesturec.lowering.lower import lower_model
+    from gesturec.lowering.lower import lower_body
 
     model = load_model(source)
     yield "model", model, model.findings
-    body, findings = check_model(model, dict(set or {}), profile)
-    if body is None or has_errors(findings):
+    body, found = resolve_model(model, dict(set or {}), profile)
+    findings = found.sorted()
+    if has_errors(findings):
         yield "body", None, findings
         return
-    lowered = lower_model(body)
+    lowered = lower_body(body)
     yield "lowered", lowered, findings
-    artifact, found = expand_model(lowered, limits)
-    yield "tables", artifact, sorted_findings((*findings, *found))
+    artifact, more = expand_model(lowered, limits)
+    yield "tables", artifact, sorted_findings((*findings, *more))
 
 
 def has_errors(findings: tuple[Diagnostic, ...]) -> bool:

@@ -6,19 +6,21 @@ them, each once, sorted by place. An unknown name becomes a hole about which not
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping
 
 from gesturec.checks.bindings import build_bindings
 from gesturec.checks.body import BodyLimb, Expressed, ResolvedBody
 from gesturec.checks.constraints import build_constraints, build_rules
 from gesturec.checks.environment import Environment
-from gesturec.checks.gestures import Gestures, written_gestures
+from gesturec.checks.gestures import Gestures, WrittenGesture, written_gestures
 from gesturec.checks.limbs import build_limbs
 from gesturec.checks.machines import build_machines
 from gesturec.checks.model_tests import build_tests
 from gesturec.checks.names import build_groups, build_root, check_names, tokens_of
 from gesturec.checks.parameters import SCALE, Settled, settle
-from gesturec.checks.poses import Poses, typed_expression, written_poses
+from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_poses
+from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.diagnostics.suggest import did_you_mean
@@ -38,12 +40,17 @@ def check_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> t
     return resolve_model(model, settings)[1].sorted()
 
 
-def resolve_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> tuple[ResolvedBody, Findings]:
-    """The body of a model with every name resolved, and the findings. With an error in them it has holes."""
+def resolve_model(
+    model: Model, settings: Mapping[str, object] = NO_SETTINGS, profile: str | os.PathLike[str] | None = None
+) -> tuple[ResolvedBody, Findings]:
+    """The body of a model with every name resolved, and the findings. With an error in them it has holes.
+
+    A profile sets parameters as `settings` do, which come after it.
+    """
     findings = Findings()
     for finding in model.findings:
         findings.add(finding)
-    settled = settle(model, settings, findings)
+    settled = settle(model, {**profile_settings(profile, findings), **settings}, findings)
     body = ResolvedBody(model, str(model.main.block.name or ""), settled.of(model.main))
     body.scale, body.flip, body.parameters = settled.scale, settled.flip, dict(settled.effective)
     refuse_unbuilt(model, findings)
@@ -70,8 +77,8 @@ def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> Non
     poses = Poses(body, names, written_poses(body, environment))
     gestures = Gestures(body, names, written_gestures(body, environment))
     names.pose, names.gesture = poses.look_up, gestures.look_up
-    names.poses = own_names(list(poses.written.values()))
-    names.gestures = own_names(list(gestures.written.values()))
+    names.poses = own_names(poses.written.values())
+    names.gestures = own_names(gestures.written.values())
     build_couplings(body, names, findings)
     build_constraints(body, names, environment, findings)
     build_rules(body, plans, names, environment)
@@ -86,12 +93,12 @@ def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> Non
     warn(body, settled, findings)
 
 
-def own_names(written: list[object]) -> dict[str | None, tuple[str, ...]]:
+def own_names(written: Iterable[WrittenPose | WrittenGesture]) -> dict[str | None, tuple[str, ...]]:
     """The own names of poses or gestures, by limb."""
     found: dict[str | None, tuple[str, ...]] = {}
     for item in written:
-        limb = item.limb.name if item.limb is not None else None  # type: ignore[attr-defined]
-        found[limb] = (*found.get(limb, ()), str(item.key))  # type: ignore[attr-defined]
+        limb = item.limb.name if item.limb is not None else None
+        found[limb] = (*found.get(limb, ()), str(item.key))
     return found
 
 

@@ -7,6 +7,7 @@ by one, and samples of a curve, are made first and asked afterwards.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from math import prod
 from typing import Any, NamedTuple
@@ -278,7 +279,8 @@ def _named_part(body: Body, state: NamedState, free: Sequence[int]) -> _Part:
     given = {cell.joint: np.array([[cell.value], [cell.low], [cell.high]]) for cell in state.cells}
     left_out = [joint for joint in free if joint not in given]
     levels = {joint: body.model.joints[joint].levels for joint in left_out}
-    grid = np.indices([len(levels[joint]) for joint in left_out]).reshape(len(left_out), -1)
+    counts = [len(levels[joint]) for joint in left_out]
+    grid = np.indices(counts).reshape(len(left_out), math.prod(counts))
     n = grid.shape[1]
     cells = {joint: np.repeat(cell, n, axis=1) for joint, cell in given.items()}
     for joint, index in zip(left_out, grid, strict=True):
