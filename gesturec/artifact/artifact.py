@@ -113,6 +113,11 @@ def _machine_tables(manifest: Manifest, columns: Mapping[str, Array], machine: i
         cost=columns["state_cost"][states],
         transition_start=rows - rows[0],
         transition_target=columns["transition_target"][arcs],
-        transition_cost=columns["transition_cost"][arcs],
+        transition_cost=_costs(columns["transition_cost"], arcs),
         state_names=manifest.states[name],
     )
+
+
+def _costs(costs: Array, arcs: slice) -> Floats:
+    """Costs of some arcs; where no arc of the model has one, they take no memory."""
+    return costs[arcs] if len(costs) else np.broadcast_to(np.zeros(1), (arcs.stop - arcs.start,))

@@ -105,7 +105,7 @@ COLUMNS: Final = (
     # transitions: successors of each state, in rows, targets rising; local ids
     Column("transition_start", "i8", ("n_state_row",), "row of state s: from [s] to [s + 1]; n_state + 1 entries"),
     Column("transition_target", "i4", ("n_transition",), "successor, local to the machine"),
-    Column("transition_cost", "f8", ("n_transition",), "cost of the move"),
+    Column("transition_cost", "f8", ("n_transition_cost",), "cost of the move; no entries where none costs"),
     # truths about states: pose p holds in machine m's states where value is 1; 2 is unknown
     Column("pose_program", "i4", ("n_pose",), "program; -1: its state sets say it all", "n_program", -1),
     Column("pose_state", "u1", ("n_pose", "n_state"), "1 allowed, 0 not, 2 unknown, for each machine's states", "3"),

@@ -22,6 +22,7 @@ from gesturec.diagnostics.errors import ArtifactError
 Columns = Mapping[str, Array]
 
 ROTATION_TOLERANCE: Final = 1e-6  # of orthonormality; what the compiler writes is within 1e-15
+ROWS: Final = 1 << 14  # rows of transitions that are looked at together, to need little memory besides
 MAX_STACK: Final = 4096  # values on a program's stack; expressions of the language need a few dozen
 
 # (owner's start, owner's count, size that its ranges stay below)
@@ -60,6 +61,11 @@ COUPLING_LEAVES: Final = frozenset({"constant", "joint"})  # a coupled value fol
 
 def validate(manifest: Manifest, columns: Columns) -> None:
     """Raise ArtifactError unless `columns` and `manifest` are a model."""
+    with np.errstate(all="ignore"):
+        _check_all(manifest, columns)
+
+
+def _check_all(manifest: Manifest, columns: Columns) -> None:
     sizes: dict[str, int] = {}
     for column in COLUMNS:
         _check_shape(column, columns[column.name], sizes)
@@ -168,13 +174,19 @@ def _check_transitions(columns: Columns, sizes: Mapping[str, int]) -> None:
     rows, targets = columns["transition_start"], columns["transition_target"]
     _require(rows[0] == 0 and rows[-1] == len(targets), "`transition_start` does not span the transitions")
     _require((np.diff(rows) >= 0).all(), "`transition_start` falls")
-    counts = np.repeat(columns["machine_state_count"], columns["machine_state_count"])
-    _require((targets < np.repeat(counts, np.diff(rows))).all(), "a transition leads to a state that there is not")
-    rising = np.diff(targets.astype(np.int64)) > 0
-    within = np.ones(max(len(targets) - 1, 0), bool)
-    edges = rows[1:-1]
-    within[edges[(edges > 0) & (edges < len(targets))] - 1] = False
-    _require((rising | ~within).all(), "successors do not rise within a row")
+    _require(sizes["n_transition_cost"] in (0, len(targets)), "`transition_cost` has not one entry a transition")
+    for start, count in zip(columns["machine_state_start"], columns["machine_state_count"], strict=True):
+        own = rows[start : start + count + 1]
+        for first in range(0, count, ROWS):
+            _check_rows(own[first : first + ROWS + 1], targets, int(count))
+
+
+def _check_rows(rows: Array, targets: Array, n_state: int) -> None:
+    """Successors of some states: there, and rising within each row."""
+    own = targets[rows[0] : rows[-1]]
+    _require(not len(own) or own.max() < n_state, "a transition leads to a state that there is not")
+    falls = np.flatnonzero(own[1:] <= own[:-1]) + 1  # allowed where a row begins
+    _require(np.isin(falls, rows - rows[0]).all(), "successors do not rise within a row")
 
 
 def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
@@ -251,6 +263,14 @@ def _check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int])
     _require(tokens.issuperset(manifest.token_colors), "a color is given to no token")
     for binding in manifest.bindings:
         _require(_is_binding(binding, tokens), "a binding is malformed")
+    for name, phases in manifest.phases.items():
+        n_state = len(manifest.states.get(name, ()))
+        _require(all(_is_phase(phase, n_state) for phase in phases), "a phase is malformed")
+    for dwell in manifest.dwell:
+        _require(_is_dwell(dwell, manifest), "a dwell is malformed")
+    for pose, wanted in manifest.wanted.items():
+        _require(pose in manifest.poses and set(wanted) <= set(manifest.joints), "a pose wants what is not there")
+        _require(all(len(value) == 3 for value in wanted.values()), "a pose wants no value and interval")
 
 
 def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
@@ -264,3 +284,30 @@ def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
         and isinstance(binding["order"], list)
         and (binding["up"] is None or isinstance(binding["up"], str))
     )
+
+
+def _is_phase(phase: object, n_state: int) -> bool:
+    return (
+        isinstance(phase, dict)
+        and set(phase) == {"name", "start", "end", "states", "parts"}
+        and isinstance(phase["name"], str)
+        and all(isinstance(phase[end], int | float) for end in ("start", "end"))
+        and _are_states(phase["states"], n_state)
+        and isinstance(phase["parts"], list)
+        and all(_is_phase(part, n_state) for part in phase["parts"])
+    )
+
+
+def _is_dwell(dwell: Mapping[str, object], manifest: Manifest) -> bool:
+    return (
+        set(dwell) == {"machine", "name", "states", "shortest", "longest"}
+        and dwell["machine"] in manifest.machines
+        and isinstance(dwell["name"], str | None)
+        and isinstance(dwell["shortest"], int | float)
+        and isinstance(dwell["longest"], int | float | None)
+        and _are_states(dwell["states"], len(manifest.states[str(dwell["machine"])]))
+    )
+
+
+def _are_states(value: object, n_state: int) -> bool:
+    return isinstance(value, list) and all(type(each) is int and 0 <= each < n_state for each in value)

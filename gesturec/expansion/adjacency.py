@@ -2,14 +2,14 @@
 
 In: levels of the states and the kind of step. Out: `Arcs`. A whole grid (nothing removed, nothing wrapped)
 is written as broken-down Kronecker product: rows that differ only in one joint's level, away from that
-joint's ends, have the same successors but for a constant, so each stretch is one addition into place. Any other
-grid is done by offsets: a state's successor by an offset of levels is found by its place in the product.
+joint's ends, have the same successors but for a constant, so each stretch is one addition into place. In any other
+grid the states are a tree of prefixes, and the successors of a prefix are joined joint by joint: a longer one's
+are among the children of its parent's. `single` steps are few, and are looked up one by one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import product
+from collections.abc import Sequence
 from math import prod
 from typing import Any, Final, NamedTuple
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 Ints = NDArray[np.integer[Any]]
 Offsets = NDArray[np.int64]
 
-BLOCK: Final = 1 << 22  # pairs of state and offset at a time
+BLOCK: Final = 1 << 21  # pairs of state and offset at a time
 RANKS: Final = 1 << 26  # combinations up to which places are looked up in a table, 256 MiB
 
 
@@ -55,7 +55,7 @@ def whole_grid(shape: Sequence[int], step: str) -> Arcs:
         _fill(target, np.zeros(1, np.int64), list(shape))
         return Arcs(start, target)
     level = np.indices(shape, dtype=np.int16).reshape(len(shape), -1).T
-    return by_offsets(level, shape, [False] * len(shape), step)
+    return single_steps(level, shape, [False] * len(shape))
 
 
 def complete(n: int) -> Arcs:
@@ -98,28 +98,91 @@ def _spread(bases: Offsets, count: int, levels: Sequence[int]) -> Offsets:
     return np.asarray((bases[:, None] * count + np.array(levels)).ravel())
 
 
-def offsets_of(n_joint: int, step: str) -> Iterator[tuple[int, ...]]:
-    """Changes of levels that one step may make, rising."""
-    for offset in product((-1, 0, 1), repeat=n_joint):
-        if step == "adjacent" or sum(map(abs, offset)) <= 1:
-            yield offset
-
-
-def by_offsets(level: Ints, shape: Sequence[int], wrapped: Sequence[bool], step: str) -> Arcs:
-    """Arcs of a grid of which some combinations are gone, or whose joints wrap."""
-    n = len(level)
-    if step == "any":
-        return complete(n)
-    offsets = np.array(list(offsets_of(len(shape), step)))
+def single_steps(level: Ints, shape: Sequence[int], wrapped: Sequence[bool]) -> Arcs:
+    """Arcs that move one joint by one level, of a grid of which some combinations may be gone."""
+    unit = np.eye(len(shape), dtype=np.int64)
+    offsets = np.concatenate([-unit, np.zeros((1, len(shape)), np.int64), unit[::-1]])  # rising places
     find = _finder(level, shape)
     block = max(1, BLOCK // len(offsets))
     counts, targets = [np.zeros(1, np.int64)], []
-    for start in range(0, n, block):
+    for start in range(0, len(level), block):
         found = _successors(level[start : start + block], offsets, shape, wrapped, find)
         kept = found >= 0
         counts.append(kept.sum(axis=1))
         targets.append(found[kept].astype(np.int32))
     return Arcs(np.cumsum(np.concatenate(counts)), np.concatenate([np.zeros(0, np.int32), *targets]))
+
+
+class TooManyArcs(Exception):
+    """More arcs than may be."""
+
+
+def adjacent_steps(level: Ints, shape: Sequence[int], wrapped: Sequence[bool], most: int) -> Arcs:
+    """Arcs that move every joint by at most one level; rows of `level` rise. TooManyArcs beyond `most`."""
+    tree = _tree(level)
+    arcs = Arcs(np.array([0, 1], np.int64), np.zeros(1, np.int32))  # of the empty prefix: to itself
+    for joint, count in enumerate(shape):
+        arcs = _join(arcs, tree[joint], count, wrapped[joint], most)
+    if not any(wrapped):
+        return arcs
+    return arcs_of_pairs(len(level), sources(arcs), arcs.target)
+
+
+class _Prefixes(NamedTuple):
+    """Prefixes of one length: the shorter one that each extends, and by which level."""
+
+    parent: NDArray[np.int64]
+    level: NDArray[np.int64]
+
+
+def _tree(level: Ints) -> list[_Prefixes]:
+    """Prefixes of the states by length, each in the order of the states."""
+    found = []
+    owner = np.zeros(len(level), np.int64)  # of each state, its prefix of the length before
+    for joint in range(level.shape[1]):
+        starts = np.ones(len(level), bool)
+        starts[1:] = (owner[1:] != owner[:-1]) | (level[1:, joint] != level[:-1, joint])
+        found.append(_Prefixes(owner[starts], level[starts, joint].astype(np.int64)))
+        owner = np.cumsum(starts) - 1
+    return found
+
+
+def _join(arcs: Arcs, prefixes: _Prefixes, count: int, wraps: bool, most: int) -> Arcs:
+    """Arcs among prefixes from those among the ones that they extend, in blocks."""
+    child = np.full((len(arcs.start) - 1, count + 2), -1, np.int32)  # by level + 1; no level at either end
+    child[prefixes.parent, prefixes.level + 1] = np.arange(len(prefixes.level), dtype=np.int32)
+    if wraps:
+        child[:, 0], child[:, -1] = child[:, count], child[:, 1]
+    lengths = np.diff(arcs.start)[prefixes.parent]
+    ends = np.cumsum(lengths)
+    counts, targets, total, first = [np.zeros(1, np.int64)], [np.zeros(0, np.int32)], 0, 0
+    while first < len(lengths):
+        before = ends[first] - lengths[first]
+        last = max(first + 1, int(np.searchsorted(ends, before + BLOCK // 3, side="right")))
+        rows, length = slice(first, last), lengths[first:last]
+        shift = arcs.start[prefixes.parent[rows]] - (ends[rows] - length - before)
+        parents = arcs.target[np.arange(ends[last - 1] - before) + np.repeat(shift, length)]
+        flat = parents.astype(np.int64) * (count + 2) + np.repeat(prefixes.level[rows], length)
+        found = child.ravel()[flat[:, None] + np.arange(3)]
+        kept = found >= 0
+        per_parent = np.concatenate([np.zeros(1, np.int64), np.cumsum(kept.sum(axis=1))])
+        counts.append(np.diff(per_parent[np.concatenate([np.zeros(1, np.int64), np.cumsum(length)])]))
+        targets.append(found[kept])
+        total += len(targets[-1])
+        if total > most:
+            raise TooManyArcs
+        first = last
+    return Arcs(np.cumsum(np.concatenate(counts)), _gathered(targets, total))
+
+
+def _gathered(parts: list[NDArray[np.int32]], total: int) -> NDArray[np.int32]:
+    """All parts in one array; each is let go as soon as it is copied, so that memory is not needed twice."""
+    joined, end = np.empty(total, np.int32), total
+    while parts:
+        part = parts.pop()
+        joined[end - len(part) : end] = part
+        end -= len(part)
+    return joined
 
 
 def _successors(

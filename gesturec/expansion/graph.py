@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.diagnostics.diagnostic import Diagnostic
-from gesturec.expansion.adjacency import Arcs, sources
+from gesturec.expansion.adjacency import Arcs
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredMachine
 
 EQUAL: Final = 1e-9  # m: positions this near are equal but for rounding
+ROWS: Final = 1 << 12  # states that are looked at together
+TARGETS: Final = 1 << 22  # arcs that are counted together
 TOLD: Final = 3  # names that a finding lists
 
 
@@ -44,14 +46,27 @@ def _told(states: MachineStates, ids: Ints) -> str:
 
 def dead_ends(arcs: Arcs) -> Ints:
     """States that lead nowhere but to themselves."""
-    leaves = sources(arcs) != arcs.target
-    return np.setdiff1d(np.arange(len(arcs.start) - 1), sources(arcs)[leaves])
+    return np.flatnonzero(np.diff(arcs.start) - stays(arcs) == 0)
 
 
 def unreachable(arcs: Arcs) -> Ints:
     """States to which no other leads."""
-    leaves = sources(arcs) != arcs.target
-    return np.setdiff1d(np.arange(len(arcs.start) - 1), arcs.target[leaves])
+    n = len(arcs.start) - 1
+    arrivals = np.zeros(n, np.int64)
+    for first in range(0, len(arcs.target), TARGETS):
+        arrivals += np.bincount(arcs.target[first : first + TARGETS], minlength=n)
+    return np.flatnonzero(arrivals - stays(arcs) == 0)
+
+
+def stays(arcs: Arcs) -> NDArray[np.int64]:
+    """1 for each state that may stay where it is, else 0; in blocks, as there are many more arcs than states."""
+    n = len(arcs.start) - 1
+    found = np.zeros(n, np.int64)
+    for first in range(0, n, ROWS):
+        rows = arcs.start[first : first + ROWS + 1]
+        source = np.repeat(np.arange(first, first + len(rows) - 1), np.diff(rows))
+        found[source[source == arcs.target[rows[0] : rows[-1]]]] = 1
+    return found
 
 
 def equal_states(template: Floats, visible: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -104,15 +104,22 @@ def _bound_rows(counts: Sequence[int], order: Sequence[int], checks: Sequence[Ch
         step = max(1, BLOCK // counts[order[depth]])
         if len(rows) > step:
             pending.append(rows[step:])
-        grown = _times(rows[:step], [counts[order[depth]]])
-        pending.append(_checked(grown, order, due[depth]))
+        pending.append(_grown(rows[:step], counts[order[depth]], order, due[depth]))
     return np.concatenate(done)
 
 
-def _checked(rows: Levels, order: Sequence[int], checks: Sequence[Check]) -> Levels:
+def _grown(rows: Levels, count: int, order: Sequence[int], checks: Sequence[Check]) -> Levels:
+    """Rows with the levels of one more joint that pass the checks; asked along an axis each, so made only then."""
+    if not checks:
+        return _times(rows, [count])
+    depth = rows.shape[1]
+    last = np.arange(count, dtype=np.int16)
+    kept = np.ones((len(rows), count), bool)
     for check in checks:
-        rows = rows[check.holds([rows[:, order.index(p)] for p in check.positions])]
-    return rows
+        places = [order.index(position) for position in check.positions]
+        kept &= check.holds([last if place == depth else rows[:, place, None] for place in places])
+    row, level = np.nonzero(kept)
+    return np.column_stack([rows[row], level.astype(np.int16)])
 
 
 def _times(rows: Levels, counts: Sequence[int]) -> Levels:

@@ -33,7 +33,7 @@ class Limits:
 
     max_states: int = 1_000_000
     max_combinations: int = 1_000_000_000
-    max_transitions: int = 100_000_000
+    max_transitions: int = 80_000_000
     max_relation: int = 16_000_000
     memory: int = 1 << 30
 

@@ -43,7 +43,9 @@ def build_artifact(tables: BodyTables) -> Artifact:
 
 
 def _joined(parts: Iterable[ArrayLike], dtype: str = "f8") -> Array:
-    return np.concatenate([np.zeros(0, dtype), *(np.asarray(part).ravel() for part in parts)]).astype(dtype)
+    """All parts as one flat array; a single one is not copied."""
+    flat = [np.asarray(part, dtype).ravel() for part in parts]
+    return flat[0] if len(flat) == 1 else np.concatenate([np.zeros(0, dtype), *flat])
 
 
 def _machine_columns(tables: BodyTables) -> dict[str, Array]:
@@ -95,8 +97,18 @@ def _transition_columns(results: Sequence[MachineResult]) -> dict[str, Array]:
     return {
         "transition_start": np.concatenate(starts),
         "transition_target": _joined((result.transitions.arcs.target for result in results), "i4"),
-        "transition_cost": _joined(result.transitions.cost for result in results),
+        "transition_cost": _transition_cost(results),
     }
+
+
+def _transition_cost(results: Sequence[MachineResult]) -> Array:
+    costs = [result.transitions.cost for result in results]
+    if not any(cost.any() for cost in costs):
+        return np.zeros(0)
+    return _joined(
+        cost if len(cost) else np.zeros(len(result.transitions.arcs.target))
+        for cost, result in zip(costs, results, strict=True)
+    )
 
 
 def _pose_columns(tables: BodyTables) -> dict[str, Array]:

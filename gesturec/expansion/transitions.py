@@ -8,7 +8,6 @@ which they are written (`language.md`, Transitions and time).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import prod
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -17,9 +16,11 @@ from gesturec.artifact.programs import evaluate_checked, first_undefined
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.adjacency import (
     Arcs,
+    TooManyArcs,
+    adjacent_steps,
     arcs_of_pairs,
-    by_offsets,
     complete,
+    single_steps,
     sources,
     whole_grid,
     whole_grid_count,
@@ -40,7 +41,7 @@ class RuleEffect(NamedTuple):
 
 
 class Transitions(NamedTuple):
-    """Successors of each state with the cost of each move, and what the rules did."""
+    """Successors of each state with the cost of each move (none where no rule costs), and what the rules did."""
 
     arcs: Arcs
     cost: Floats
@@ -61,8 +62,9 @@ def expand_transitions(body: Body, states: MachineStates, rules: Sequence[Lowere
         holds = _truth(body, states, rule, sources(arcs), arcs.target) == 1
         effects.append(RuleEffect(rule, int(holds.sum())))
         arcs = _without(arcs, holds)
-    cost = np.zeros(len(arcs.target))
-    for rule in (rule for rule in rules if rule.kind == "prefer"):
+    preferences = [rule for rule in rules if rule.kind == "prefer"]
+    cost = np.zeros(len(arcs.target) if preferences else 0)
+    for rule in preferences:
         fails = _truth(body, states, rule, sources(arcs), arcs.target) == 0
         effects.append(RuleEffect(rule, int(fails.sum())))
         cost[fails] += rule.cost
@@ -87,13 +89,22 @@ def _steps(body: Body, states: MachineStates, limits: Limits) -> Arcs:
 def _grid_steps(body: Body, states: MachineStates, lowered: LoweredMachine, limits: Limits) -> Arcs:
     joints = [body.model.joints[joint] for joint in states.free]
     counts, wrapped = [len(joint.levels) for joint in joints], [joint.wrap for joint in joints]
-    at_most = whole_grid_count(counts, lowered.step)
-    if states.shape is None:  # by density: the share of a step's targets that is there
-        at_most = int(at_most * (states.count / prod(counts)) ** (2 if lowered.step == "any" else 1))
-    refuse_count(at_most, limits.max_transitions, _too_many(lowered), "max_transitions", lowered.span)
+    what = _too_many(lowered)
+    if lowered.step == "any" or states.shape is not None:
+        shape = [states.count] if lowered.step == "any" else counts
+        at_most = whole_grid_count(shape, lowered.step)
+        refuse_count(at_most, limits.max_transitions, what, "max_transitions", lowered.span)
+    if lowered.step == "any":
+        return complete(states.count)
     if states.shape is not None and not any(wrapped):
         return whole_grid(states.shape, lowered.step)
-    return by_offsets(states.level, counts, wrapped, lowered.step)
+    if lowered.step == "single":
+        return single_steps(states.level, counts, wrapped)
+    try:
+        return adjacent_steps(states.level, counts, wrapped, limits.max_transitions)
+    except TooManyArcs:
+        refuse_count(limits.max_transitions + 1, limits.max_transitions, what, "max_transitions", lowered.span)
+        raise
 
 
 def _written_steps(body: Body, states: MachineStates, lowered: LoweredMachine) -> Arcs:

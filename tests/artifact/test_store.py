@@ -1,0 +1,263 @@
+"""Compiled files: the same bytes for the same model, and one ArtifactError for whatever is not one."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import tracemalloc
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.expansion.bodies import paper_hand
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.artifact.columns import COLUMNS
+from gesturec.artifact.manifest import canonical_json
+from gesturec.artifact.store import load, read_artifact, save, write_artifact
+from gesturec.diagnostics.errors import ArtifactError
+from gesturec.expansion.expand import expand_model
+
+ROOT = Path(__file__).parents[2]
+CLAIM = 64 << 20  # bytes: no refusal may allocate this much, whatever a file claims
+
+
+def compiled() -> Artifact:
+    artifact = expand_model(paper_hand()).artifact
+    assert artifact is not None
+    return artifact
+
+
+HAND = compiled()
+FILE = write_artifact(HAND)
+HEADER = int.from_bytes(FILE[:8], "little")
+
+
+def parts(data: bytes = FILE) -> tuple[dict[str, Any], bytes]:
+    length = int.from_bytes(data[:8], "little")
+    return json.loads(data[8 : 8 + length]), data[8 + length :]
+
+
+def signed(header: dict[str, Any], body: bytes) -> bytes:
+    """A file whose digest is right, so that what else is wrong must be found by itself."""
+    entries = {key: value for key, value in header.items() if key != "__metadata__"}
+    manifest = header["__metadata__"]["gesturec"]
+    digest = hashlib.sha256(canonical_json([manifest, entries]).encode() + body).hexdigest()
+    text = canonical_json({**entries, "__metadata__": {"gesturec": manifest, "sha256": digest}}).encode()
+    return len(text).to_bytes(8, "little") + text + body
+
+
+def with_column(name: str, change: Callable[[np.ndarray], None]) -> bytes:
+    header, body = parts()
+    begin, end = header[name]["data_offsets"]
+    dtype = next(column.dtype for column in COLUMNS if column.name == name)
+    array = np.frombuffer(body[begin:end], f"<{dtype}").copy()
+    change(array)
+    return signed(header, body[:begin] + array.tobytes() + body[end:])
+
+
+def with_manifest(**changes: Any) -> bytes:
+    header, body = parts()
+    manifest = {**json.loads(header["__metadata__"]["gesturec"]), **changes}
+    header["__metadata__"]["gesturec"] = canonical_json(manifest)
+    return signed(header, body)
+
+
+def test_what_is_written_is_read_back() -> None:
+    again = read_artifact(FILE)
+    assert again.manifest == HAND.manifest
+    for column in COLUMNS:
+        assert np.array_equal(again.columns[column.name], HAND.columns[column.name], equal_nan=column.dtype[0] == "f")
+        assert not again.columns[column.name].flags.writeable
+    assert write_artifact(again) == FILE
+
+
+def test_a_saved_file_is_loaded(tmp_path: Path) -> None:
+    save(HAND, tmp_path / "hand.gcm")
+    assert write_artifact(load(tmp_path / "hand.gcm")) == FILE
+    assert [path.name for path in tmp_path.iterdir()] == ["hand.gcm"]
+
+
+@pytest.mark.parametrize("seed", ["0", "12345"])
+def test_another_process_with_another_hash_seed_writes_the_same_bytes(seed: str) -> None:
+    code = (
+        "import hashlib; from tests.expansion.bodies import paper_hand; from gesturec.expansion.expand import expand_model;"
+        "from gesturec.artifact.store import write_artifact;"
+        "print(hashlib.sha256(write_artifact(expand_model(paper_hand()).artifact)).hexdigest())"
+    )
+    environment = {**os.environ, "PYTHONHASHSEED": seed, "OPENBLAS_NUM_THREADS": "1"}
+    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == hashlib.sha256(FILE).hexdigest()
+
+
+def test_a_file_cut_anywhere_is_refused() -> None:
+    cuts = [*range(0, HEADER + 8, 97), *range(HEADER, HEADER + 16), len(FILE) // 2, len(FILE) - 8, len(FILE) - 1]
+    for cut in cuts:
+        with pytest.raises(ArtifactError):
+            read_artifact(FILE[:cut])
+
+
+@settings(max_examples=300, deadline=None)
+@given(place=st.integers(0, len(FILE) - 1), bit=st.integers(0, 7))
+def test_any_flipped_bit_is_refused(place: int, bit: int) -> None:
+    damaged = bytearray(FILE)
+    damaged[place] ^= 1 << bit
+    # the header's digest covers meaning, not spelling: a flip that leaves the JSON equal is no damage
+    try:
+        again = read_artifact(bytes(damaged))
+    except ArtifactError:
+        return
+    assert write_artifact(again) == FILE
+
+
+@settings(max_examples=200, deadline=None)
+@given(data=st.binary(max_size=400))
+def test_any_bytes_are_an_artifact_or_refused(data: bytes) -> None:
+    with pytest.raises(ArtifactError):
+        read_artifact(data)
+
+
+JUNK = st.recursive(
+    st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(name=st.sampled_from([column.name for column in COLUMNS]), key=st.sampled_from(["dtype", "shape", "data_offsets"]), value=JUNK)
+def test_any_claim_of_a_header_is_checked(name: str, key: str, value: Any) -> None:
+    header, body = parts()
+    if header[name][key] == value:
+        return
+    header[name][key] = value
+    with pytest.raises(ArtifactError):
+        read_artifact(signed(header, body))
+
+
+@settings(max_examples=200, deadline=None)
+@given(key=st.sampled_from(sorted(json.loads(parts()[0]["__metadata__"]["gesturec"]))), value=JUNK)
+def test_any_manifest_is_the_formats_or_refused(key: str, value: Any) -> None:
+    try:
+        again = read_artifact(with_manifest(**{key: value}))
+    except ArtifactError:
+        return
+    again.machines()
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    column=st.sampled_from([column for column in COLUMNS if HAND.columns[column.name].size]),
+    place=st.integers(0, 10**9),
+    value=st.sampled_from([-(2**31), -2, -1, 0, 1, 2, 7, 1000, 2**31 - 1, np.nan, np.inf, -np.inf, 1e300]),
+)
+def test_any_value_in_a_column_is_refused_or_harmless(column: Any, place: int, value: float) -> None:
+    """What is let through can be used: every view of every machine lies inside its array."""
+
+    def change(array: np.ndarray) -> None:
+        if array.dtype.kind == "f":
+            array[place % array.size] = value
+        elif np.isfinite(value) and np.iinfo(array.dtype).min <= value <= np.iinfo(array.dtype).max:
+            array[place % array.size] = int(value)
+
+    try:
+        again = read_artifact(with_column(column.name, change))
+    except ArtifactError:
+        return
+    for tables in again.machines():
+        assert tables.transition_target.max() < len(tables.angle)
+
+
+HUGE = 1 << 39
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        b"",
+        b"\xff" * 8,
+        (1 << 62).to_bytes(8, "little") + b"{}",
+        (2).to_bytes(8, "little") + b"{}",
+        (2_000_000).to_bytes(8, "little") + b"[" * 2_000_000,
+        (100_004).to_bytes(8, "little") + b'{"":' + b"1" * 100_000,
+        with_manifest(format=2),
+        with_manifest(format="1"),
+        with_manifest(surprise=1),
+        with_manifest(joints=[]),
+        with_manifest(states={}),
+        with_manifest(bindings=[{"name": "x"}]),
+    ],
+    ids=["empty", "all ones", "claims 2^62", "no metadata", "deep", "long number", "newer", "text", "key", "names", "states", "binding"],
+)
+def test_hostile_files_are_refused_without_a_large_allocation(file: bytes) -> None:
+    tracemalloc.start()
+    try:
+        with pytest.raises(ArtifactError):
+            read_artifact(file)
+        assert tracemalloc.get_traced_memory()[1] < CLAIM
+    finally:
+        tracemalloc.stop()
+
+
+def test_claimed_sizes_are_never_allocated() -> None:
+    header, body = parts()
+    for entry in (entry for name, entry in header.items() if name != "__metadata__"):
+        entry["shape"] = [HUGE] * len(entry["shape"])
+        entry["data_offsets"] = [0, HUGE]
+    tracemalloc.start()
+    with pytest.raises(ArtifactError):
+        read_artifact(signed(header, body))
+    assert tracemalloc.get_traced_memory()[1] < CLAIM
+    tracemalloc.stop()
+
+
+def test_a_newer_format_is_refused_by_name() -> None:
+    with pytest.raises(ArtifactError, match="format 2"):
+        read_artifact(with_manifest(format=2))
+
+
+def _set(index: int, value: float) -> Callable[[np.ndarray], None]:
+    def change(array: np.ndarray) -> None:
+        array[index] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("column", "change"),
+    [
+        ("joint_parent", _set(0, 5)),
+        ("joint_rest", _set(0, 2.0)),
+        ("joint_axis", _set(0, 0.5)),
+        ("transition_target", _set(0, 40)),
+        ("transition_target", _set(1, 0)),
+        ("transition_start", _set(1, 400)),
+        ("machine_state_count", _set(0, 31)),
+        ("machine_token_count", _set(0, 2)),
+        ("machine_covariance_start", _set(1, 0)),
+        ("state_covariance", _set(3, np.nan)),
+        ("op_code", _set(0, 10_000)),
+        ("op_argument", _set(0, 10_000)),
+        ("fine_level", _set(0, 9)),
+        ("level_value", _set(1, -1.0)),
+        ("token_segment", _set(0, -1)),
+    ],
+)
+def test_tables_that_contradict_themselves_are_refused(column: str, change: Callable[[np.ndarray], None]) -> None:
+    with pytest.raises(ArtifactError):
+        read_artifact(with_column(column, change))
+
+
+def test_a_missing_file_or_folder_is_an_artifact_error(tmp_path: Path) -> None:
+    for path in (tmp_path / "none.gcm", tmp_path):
+        with pytest.raises(ArtifactError):
+            load(path)
+    with pytest.raises(ArtifactError):
+        save(HAND, tmp_path / "no" / "folder.gcm")
