@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.runtime.status import STATUS_ID
-
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
     from gesturec.runtime.step import Decoding
@@ -58,9 +56,10 @@ def _share_facts(decoding: Decoding) -> list[Fact]:
         late = decided & (decoding.decided_frame > np.arange(len(decoding.state))[:, None])
         if late.any():
             facts.append((f"{_percent(late.mean())} deferred", "share that a later frame settled"))
-    misfit = float(np.mean(decoding.status == STATUS_ID["misfit"])) if len(decoding.status) else 0.0
+    told = [why.status for frame in decoding.why for why in frame.values()]
+    misfit = told.count("misfit") / len(told) if told else 0.0
     if misfit > 0:
-        facts.append((f"{_percent(misfit)} misfit", "share of frames in which some machine's tokens fit no state"))
+        facts.append((f"{_percent(misfit)} misfit", "share of machines and frames whose tokens fit no state"))
     located = np.isfinite(decoding.pose_translation).all(axis=1)
     unknown = 1.0 - float(located.mean()) if len(decoding.time) else 0.0
     if unknown > 0:

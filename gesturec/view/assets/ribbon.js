@@ -168,6 +168,7 @@ function buildRibbon() {
   root.append(ribbon.playhead);
   root.setAttribute("height", y + 20);
   root.setAttribute("viewBox", `0 0 ${ribbon.width} ${y + 20}`);
+  document.documentElement.style.setProperty("--ribbon", `${y + 20}px`);
   listen(root);
   box.append(root);
 }
