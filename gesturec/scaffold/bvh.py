@@ -2,7 +2,8 @@
 
 In: a path. Out: a `Skeleton`. Every rotation channel becomes a hinge at its joint's offset, in the order of the
 channels; the channels of the root are the body's own motion. BVH names no unit: metres, as `gesturec` reads its
-recordings. Position channels of other joints stay at zero, which is how the format is nearly always used.
+recordings. Position channels of other joints stay at zero, which is how the format is nearly always used; so do the
+channels of helper joints, which sit at their parent's place and never move in the take.
 """
 
 from __future__ import annotations
@@ -77,8 +78,12 @@ def read_bvh(path: Path) -> Skeleton:
     reader.expect("HIERARCHY")
     reader.expect("ROOT")
     root = _joint(reader, 0, is_root=True)
-    _put_ranges(reader.channels, _seen_ranges(reader, lines))
+    seen = _seen_ranges(reader, lines)
+    helpers = _rigid_helpers(reader.channels, seen)
+    _put_ranges(reader.channels, seen)
     notes = ["BVH names no unit: metres are taken, as for recordings; `--set scale=0.01` makes them centimetres"]
+    if helpers:
+        notes.append(f"at their parent's place and still through the take, so rigid: {', '.join(helpers)}")
     if root.at.any():
         notes.append("the root's OFFSET is its own motion and left out")
         root.at = ORIGIN
@@ -96,7 +101,7 @@ def _joint(reader: _Reader, depth: int, *, is_root: bool = False) -> Node:
     first = last = Node(name.text, name.line, reader.offset())
     reader.expect("CHANNELS")
     for kind in _channels(reader):
-        node = Node(name.text, name.line)
+        node = Node(name.text, name.line, is_helper=not first.at.any())
         if kind.endswith("rotation") and not is_root:
             axis = np.eye(3)["XYZ".index(kind[0])]
             node.dof = Dof(f"turn_{kind[0].lower()}", "hinge", axis)
@@ -175,6 +180,20 @@ def _frame(line: str, n_column: int, path: str, row: int) -> Floats:
     if not np.isfinite(values).all():
         raise InputError("a value of the frame is not finite", path, row)
     return values
+
+
+def _rigid_helpers(channels: list[tuple[Node, str]], seen: Floats | None) -> list[str]:
+    """Names of joints that only the format needs: at their parent's place, and at zero while others move."""
+    if seen is None or not seen.any():
+        return []
+    moved = {node.name for (node, _), column in zip(channels, seen.T, strict=True) if column.any()}
+    helpers = []
+    for node, _ in channels:
+        if node.dof is not None and node.is_helper and node.name not in moved:
+            node.dof = None
+            if node.name not in helpers:
+                helpers.append(node.name)
+    return helpers
 
 
 def _put_ranges(channels: list[tuple[Node, str]], seen: Floats | None) -> None:

@@ -28,6 +28,8 @@ REFUSED: Final = {
     "flexcomp": "a soft body has no joints to take over",
 }
 
+FREE: Final = {"type": "free"}
+
 
 @dataclass(frozen=True)
 class _Place:
@@ -120,10 +122,10 @@ def _body(element: Element, place: _Place, settings: Settings) -> Node:
     anchor = ORIGIN
     joints = [child for child in element.children if child.tag in ("joint", "freejoint")]
     for joint in joints:
-        attributes = settings.defaults("joint", joint, child_class) if joint.tag == "joint" else {"type": "free"}
+        attributes = settings.defaults("joint", joint, child_class) if joint.tag == "joint" else FREE | joint.attributes
         here = parse_numbers(attributes.get("pos", "0 0 0"), 3, "`pos`", settings.path, joint.line)
         node = _joint_node(joint, attributes, here - anchor, settings, name)
-        if node in settings.free and len(joints) > 1:
+        if attributes.get("type") == "free" and len(joints) > 1:
             raise InputError(f"body `{name}` has a free joint and others beside it", settings.path, joint.line)
         last.children.append(node)
         last, anchor = node, here
@@ -144,7 +146,7 @@ def _joint_node(joint: Element, attributes: dict[str, str], at: Floats, settings
     kind = attributes.get("type", "hinge")
     node = Node(name, joint.line, at)
     if kind == "free":
-        settings.free.append(node)
+        settings.free.append((name, node))
         return node
     if kind not in ("hinge", "slide"):
         raise InputError(
@@ -233,15 +235,15 @@ def _root(top: Node, settings: Settings) -> Node:
     """The only free body, or the world itself where all is fixed to it."""
     if not settings.free:
         return top
-    nested = [node for node in settings.free if not any(node in body.children for body in top.children)]
+    nested = [(name, node) for name, node in settings.free if not any(node in body.children for body in top.children)]
     if nested:
-        raise InputError(f"the free joint `{nested[0].name}` is inside another body", settings.path, nested[0].line)
+        raise InputError(f"the free joint `{nested[0][0]}` is inside another body", settings.path, nested[0][1].line)
     if len(top.children) > 1:
         names = ", ".join(f"`{body.name.removesuffix('_at')}`" for body in top.children)
         raise InputError(
             f"several bodies under the world, one of them free: {names}; a model is one body", settings.path
         )
-    root = settings.free[0]
+    _, root = settings.free[0]
     root.at, root.rest = ORIGIN, no_rest()
     if any(token.name != top.name for token in top.tokens):
         settings.notes.append("sites of the world are left out: the body moves freely in it")

@@ -40,7 +40,7 @@ class Settings:
     bodies: int = 0
     joints: int = 0
     reference: dict[str, float] = field(default_factory=dict)  # joint: value in the pose as written
-    free: list[Node] = field(default_factory=list)
+    free: list[tuple[str, Node]] = field(default_factory=list)  # joint, its node
     notes: list[str] = field(default_factory=list)
 
     def defaults(self, tag: str, element: Element, child_class: str) -> dict[str, str]:

@@ -33,7 +33,7 @@ def unique(text: str, taken: set[str]) -> str:
     return name
 
 
-def comment_text(text: str) -> str:
+def comment_text(text: str, limit: int = 100) -> str:
     """A text of strangers as part of a comment: printable ASCII on one line, cut."""
     line = re.sub(r"[^\x20-\x7e]", "?", text)
-    return line if len(line) <= 100 else line[:97] + "..."
+    return line if len(line) <= limit else line[: limit - 3] + "..."

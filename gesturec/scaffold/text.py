@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Final
 
 import numpy as np
@@ -55,7 +56,8 @@ def _head(name: str, skeleton: Skeleton) -> Iterator[str]:
     source = comment_text(skeleton.path.replace("\\", "/").rsplit("/", 1)[-1])
     yield f"# Made by `gesturec new` from {source} ({skeleton.kind}). `gesturec check` tells what is wrong with it."
     for note in skeleton.notes:
-        yield f"# - {comment_text(note)}"
+        said = comment_text(note, 10 * WIDTH)
+        yield from wrap(said, WIDTH, initial_indent="# - ", subsequent_indent="#   ", break_long_words=False)
     yield from ("gesturec: 1", f"name: {name}", f"description: Made from a file in {skeleton.kind}.")
     yield "units: {length: mm, angle: deg}      # of every bare number below"
 
@@ -64,7 +66,8 @@ def _root_lines(root: Moved, skeleton: Skeleton, names: _Names) -> Iterator[str]
     yield ""
     yield "root:                                # the part whose frame is the body's own"
     yield f"  name: {unique(skeleton.root.name, set())}"
-    if len(root.tokens) < 3:
+    points = np.array([token.at for token in root.tokens]).reshape(-1, 3)
+    if len(points) < 3 or np.linalg.matrix_rank(points - points[0], tol=ON_AXIS) < 2:
         yield "  # TODO: three measured points of this part, not on a line, are what shows where the body is"
     yield "  tokens:" if root.tokens else "  tokens: {}"
     for token in root.tokens:

@@ -68,6 +68,7 @@ class Node:
     at: Floats = field(default_factory=lambda: ORIGIN)
     rest: Rest = field(default_factory=lambda: Rest(np.eye(3), None))
     dof: Dof | None = None
+    is_helper: bool = False  # at its parent's place: it may be there for the format's sake alone
     tokens: list[Token] = field(default_factory=list)
     children: list[Node] = field(default_factory=list)
 
