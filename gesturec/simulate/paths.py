@@ -36,7 +36,7 @@ def gesture_path(manifest: Manifest, name: str) -> tuple[str, ...]:
     InputError
         There is no such gesture, or it is more than a sequence of poses.
     """
-    patterns = {str(gesture.get("name")): str(gesture.get("text", "")) for gesture in manifest.gestures}
+    patterns = {str(gesture.get("name")): str(gesture.get("pattern", "")) for gesture in manifest.gestures}
     if name not in patterns:
         hint = nearest(name, patterns)
         found = f"; did you mean `{hint}`?" if hint else f"; it has {', '.join(patterns) or 'none'}"

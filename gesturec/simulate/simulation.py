@@ -21,7 +21,7 @@ from gesturec.recordings.results import StatesTable
 from gesturec.recordings.rig import Rig
 from gesturec.simulate.hiding import Hidden, hide
 from gesturec.simulate.motion import frame_times, through_keys
-from gesturec.simulate.states import nearest_state, pose_states, rest_states
+from gesturec.simulate.states import angles_of, nearest_state, pose_states, rest_states
 
 Array = NDArray[np.float64]
 
@@ -114,14 +114,14 @@ def _path_keys(artifact: Artifact, path: tuple[str, ...]) -> Array:
     states, keys = rest_states(artifact), []
     for pose in path:
         states = pose_states(artifact, pose, states)
-        keys.append(_angles_of(artifact, states))
+        keys.append(angles_of(artifact, states))
     return np.array(keys)
 
 
 def _random_keys(artifact: Artifact, duration: float, random: np.random.Generator) -> Array:
     """Random configurations, one every `RANDOM_KEY_PERIOD`, from rest; what relations forbid is drawn again."""
     count = max(1, round(duration / RANDOM_KEY_PERIOD))
-    keys = [_angles_of(artifact, rest_states(artifact))]
+    keys = [angles_of(artifact, rest_states(artifact))]
     sizes = [len(tables.state_names) for tables in artifact.machines()]
     allowed = _relations(artifact)
     for _ in range(count):
@@ -129,7 +129,7 @@ def _random_keys(artifact: Artifact, duration: float, random: np.random.Generato
         states = next((list(map(int, states)) for states in draw if allowed(states)), None)
         if states is None:
             raise InputError("the model's relations leave no room for random configurations", "--random")
-        keys.append(_angles_of(artifact, states))
+        keys.append(angles_of(artifact, states))
     return np.array(keys)
 
 
@@ -145,15 +145,6 @@ def _relations(artifact: Artifact) -> Callable[[NDArray[np.int64]], bool]:
         cost = columns["relation_cost"][start : start + int(np.prod(shape))].reshape(shape)
         tables.append((machines, np.isfinite(cost)))
     return lambda states: all(bool(cost[tuple(states[machines])]) for machines, cost in tables)
-
-
-def _angles_of(artifact: Artifact, states: list[int]) -> Array:
-    """Values of all joints (n_joint,) in a tuple of states; joints without a machine are filled in later."""
-    angles = np.zeros(len(artifact.manifest.joints))
-    for machine, state in enumerate(states):
-        tables = artifact.machine(machine)
-        angles[tables.joints] = tables.angle[state]
-    return angles
 
 
 def _measured_tokens(artifact: Artifact, positions: Array) -> tuple[tuple[str, ...], Array]:

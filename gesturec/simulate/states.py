@@ -6,13 +6,16 @@ a quantised joint's value is measured in steps of its own levels, any other join
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.columns import VALUE_SOURCES
+from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
+from gesturec.artifact.programs import LeafEnvironment, Programs, evaluate
 from gesturec.diagnostics.errors import InputError
 from gesturec.diagnostics.suggest import nearest
 
@@ -103,8 +106,6 @@ def pose_states(artifact: Artifact, pose: str, before: list[int]) -> list[int]:
         help_ = f"; did you mean `{hint}`?" if hint else f"; it has {', '.join(manifest.poses) or 'none'}"
         raise InputError(f"the model has no pose `{pose}`{help_}", "--path")
     truth = artifact.columns["pose_state"][manifest.poses.index(pose)]
-    if len(truth) and (truth == 2).all():
-        raise InputError(f"the pose `{pose}` speaks of the world or of motion, not of joints alone", "--path")
     wanted = {joint: entry[0] for joint, entry in manifest.wanted.get(pose, {}).items()}
     chosen = []
     for machine in range(artifact.n_machine):
@@ -112,7 +113,38 @@ def pose_states(artifact: Artifact, pose: str, before: list[int]) -> list[int]:
         if not len(allowed):
             raise InputError(f"the pose `{pose}` holds in no state of `{manifest.machines[machine]}`", "--path")
         chosen.append(_choose(artifact, machine, allowed, wanted, before[machine]))
+    _check_whole(artifact, pose, chosen)
     return chosen
+
+
+def angles_of(artifact: Artifact, states: Sequence[int]) -> Array:
+    """Values of all joints (n_joint,) in a tuple of states; joints that no machine has are 0."""
+    angles = np.zeros(len(artifact.manifest.joints))
+    for machine, state in enumerate(states):
+        tables = artifact.machine(machine)
+        angles[tables.joints] = tables.angle[state]
+    return angles
+
+
+def _check_whole(artifact: Artifact, pose: str, states: list[int]) -> None:
+    """Refuse a pose that is more than sets of states, unless the states chosen one by one fulfil it together."""
+    program = int(artifact.columns["pose_program"][artifact.manifest.poses.index(pose)])
+    if program < 0:
+        return
+    programs = Programs.of(artifact.columns)
+    chain = chain_of(artifact.columns)
+    angles = complete_angles(chain, angles_of(artifact, states))
+    leaves: dict[str, Callable[[int], ArrayLike]] = {
+        "joint": lambda joint: angles[joint],
+        "token": lambda token: token_positions(chain, angles)[token],
+    }
+    try:
+        holds = float(evaluate(programs, program, LeafEnvironment(leaves))) == 1
+    except KeyError:
+        text = f"the pose `{pose}` speaks of the world, of motion or of more than joints and tokens"
+        raise InputError(f"{text}, and cannot be simulated", "--path") from None
+    if not holds:
+        raise InputError(f"the pose `{pose}` binds machines to one another in a way that is not searched", "--path")
 
 
 def _choose(artifact: Artifact, machine: int, allowed: Ids, wanted: dict[str, float | None], before: int) -> int:
