@@ -21,6 +21,7 @@ INTERRUPTED: Final = 130  # what shells say of a program that Ctrl-C ended
 
 COMMANDS: Final = {
     "demo": "compile the shipped hand, simulate an occluded fist, decode it, open the page",
+    "new": "a model to start from: a template, a robot, a skeleton",
     "check": "every finding about a model",
     "compile": "a model to a compiled file",
     "info": "facts of a model or of a recording",
@@ -35,7 +36,7 @@ COMMANDS: Final = {
 """Every command that is built, and what it does; its module is `gesturec.cli.<name>_command`."""
 
 NOT_BUILT: Final = (
-    "new", "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin", "test",
+    "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin", "test",
 )  # fmt: skip
 """Commands of the interface that are not built yet; refused by name."""
 

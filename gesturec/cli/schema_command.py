@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from argparse import ArgumentParser, Namespace
 
 from gesturec.cli.output import text_output
@@ -16,8 +15,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Print the schema."""
-    from gesturec.language.schema.blocks import ModelFile
+    from gesturec.language.schema.json_schema import schema_text
 
     with text_output(options.output) as stream:
-        stream.write(json.dumps(ModelFile.model_json_schema(), indent=2, ensure_ascii=False, sort_keys=True) + "\n")
+        stream.write(schema_text())
     return 0
