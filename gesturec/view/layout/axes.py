@@ -63,7 +63,7 @@ def grid_axes(artifact: Artifact, machine: int) -> GridAxes:
         level = np.abs(tables.angle[:, column, None] - values).argmin(axis=1)
         if level.min() == level.max():
             continue
-        names.append(artifact.manifest.joints[joint])
+        names.append(artifact.manifest.joints[joint] + _unit(artifact, joint))
         levels.append(level_labels(artifact, joint))
         index.append(level)
         wraps.append(bool(columns["joint_wrap"][joint]))
@@ -82,6 +82,13 @@ def level_labels(artifact: Artifact, joint: int) -> tuple[str, ...]:
     labels = tuple(artifact.manifest.levels[artifact.manifest.joints[joint]])
     degrees = artifact.columns["joint_type"][joint] == _HINGE and artifact.manifest.units.get("angle", "deg") == "deg"
     return tuple(f"{label}°" if degrees and _is_number(label) else label for label in labels)
+
+
+def _unit(artifact: Artifact, joint: int) -> str:
+    """The unit of a slide's bare levels, behind its name."""
+    numbers = all(map(_is_number, artifact.manifest.levels[artifact.manifest.joints[joint]]))
+    slides = artifact.columns["joint_type"][joint] != _HINGE
+    return f" ({artifact.manifest.units.get('length', 'm')})" if slides and numbers else ""
 
 
 def _is_number(label: str) -> bool:

@@ -44,7 +44,8 @@ MOST_STATES: Final = 20_000
 MOST_ARCS_PER_STATE: Final = 6
 # States of a map whose names are written beside them, and how far circles then stand apart
 MOST_NAMES: Final = 40
-_NAMED_PX, _UNNAMED_PX = 64.0, 20.0
+_NAMED_PX, _UNNAMED_PX = 84.0, 20.0
+_NAMED_RADIUS_PX: Final = 15.0
 _WEDGES: Final = "; a grey wedge: to or from each state at its rim"
 _LABEL_PX: Final = 9.5
 
@@ -84,8 +85,13 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
     position, panels, radius = place_in_panels(flat, panel, titles)
     shown = [axis for axis in range(len(axes.names)) if axis != cut]
     labels = _node_labels(axes, shown, radius)
+    if not any(labels) and len(tip) <= MOST_NAMES:
+        position, panels, radius = place_in_panels(flat, panel, titles, _NAMED_PX)
+        radius = min(radius, _NAMED_RADIUS_PX)
     order = " over ".join(axes.names[axis] for axis in shown)
-    caption = f"{tables.name}: tip positions in the {'flexion ' if len(shown) == 2 else ''}plane; in a circle {order}"
+    caption = (
+        f"{tables.name}: tip positions in the {'flexion ' if len(shown) == 2 else ''}plane; in each circle: {order}"
+    )
     return GraphLayout(
         "plane",
         caption,
@@ -98,8 +104,16 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
         labels,
         grid_arcs(tables, axes, panel),
         grid_colors(axes.fraction()),
-        panel_texts(panels),
+        (*panel_texts(panels), *(() if any(labels) else _names_below(position, tables.state_names, radius, panel))),
     )
+
+
+def _names_below(position: Floats, names: tuple[str, ...], radius: float, panel: Ints) -> tuple[Text, ...]:
+    """States' names under their circles, unless there are too many."""
+    if len(names) > MOST_NAMES:
+        return ()
+    places = zip(position.tolist(), names, panel.tolist(), strict=True)
+    return tuple(Text(x, y + radius + 13, name, panel=k) for (x, y), name, k in places)
 
 
 def _flat_slices(tip: Floats, panel: Ints, axes: GridAxes, base: Floats) -> Floats:
@@ -186,8 +200,8 @@ def _map_layout(tables: MachineTables) -> GraphLayout:
     named = n_state <= MOST_NAMES
     spacing = _NAMED_PX if named else _UNNAMED_PX
     position, panels, radius = place_in_panels(flat, np.zeros(n_state, np.int64), ("",), spacing, side)
-    radius = min(radius, 15.0)
-    texts = [Text(x, y + radius + 13, name) for (x, y), name in zip(position.tolist(), tables.state_names, strict=True)]
+    radius = min(radius, _NAMED_RADIUS_PX)
+    panel = np.zeros(n_state, np.int64)
     source, target = transition_pairs(tables)
     few = len(source) <= MOST_ARCS_PER_STATE * n_state
     rest = "" if few else f"; {len(source):,} transitions, none drawn"
@@ -198,13 +212,13 @@ def _map_layout(tables: MachineTables) -> GraphLayout:
         panels[0].width,
         panels[0].height + 12,
         position,
-        np.zeros(n_state, np.int64),
+        panel,
         (),
         radius,
         ("",) * n_state,
         merge_ways(source, target, n_state) if few else np.zeros((0, 3), np.int64),
         category_colors(n_state),
-        tuple(texts) if named else (),
+        _names_below(position, tables.state_names, radius, panel),
     )
 
 

@@ -80,7 +80,7 @@ def place_in_panels(
     size = (high - low) * scale + 2 * MARGIN_PX
     size = np.maximum(size, side * 0.45)
     crowd = int(np.bincount(panel).max())
-    spacing = float(np.clip(0.62 * np.sqrt(size.prod() / crowd), least_px, 2.45 * LARGEST_RADIUS_PX))
+    spacing = max(least_px, float(min(0.62 * np.sqrt(size.prod() / crowd), 2.45 * LARGEST_RADIUS_PX)))
     middle = (low + high) / 2
     place = (flat - middle) * scale * (1, -1) + size / 2
     place = _push_apart_by_panel(place, panel, spacing, size)
