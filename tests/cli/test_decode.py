@@ -1,0 +1,174 @@
+"""`gesturec decode`: where results go, what they hold, and what becomes of a recording that fails."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.artifact.store import save
+from gesturec.cli.main import main
+
+Capture = pytest.CaptureFixture[str]
+HEAD = ["frame", "time", "index", "middle", "ring", "little", "thumb", "index.abduction", "index.mcp"]
+TAIL = ["pose.x", "pose.y", "pose.z", "pose.qx", "pose.qy", "pose.qz", "pose.qw", "scale", "status"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hand: Artifact) -> Path:
+    """A folder to work in, with hand.gcm and a take of one second."""
+    monkeypatch.chdir(tmp_path)
+    save(hand, tmp_path / "hand.gcm")
+    assert main(["simulate", "hand.gcm", "--path", "flat -> fist", "--noise", "1mm", "-o", "take.csv"]) == 0
+    return tmp_path
+
+
+def rows(path: Path) -> list[list[str]]:
+    return list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
+
+
+def test_a_name_without_suffix_makes_states_and_events(folder: Path, capsys: Capture) -> None:
+    assert main(["decode", "hand.gcm", "take.csv", "-o", "out"]) == 0
+    output = capsys.readouterr()
+    assert "binding `own names`" in output.out and "thumb" in output.out
+    assert "gestures are kept, but running them is not built yet" in output.err
+    table = rows(folder / "out.states.csv")
+    assert table[0][:9] == HEAD and table[0][-9:] == TAIL
+    assert [row[0] for row in table[1:]] == [str(frame) for frame in range(26)]
+    assert table[1][2] == "0/0/0" and table[-1][2] == "0/90/90"
+    assert table[-1][table[0].index("index.mcp")] == "90"
+    assert rows(folder / "out.events.csv")[0] == ["gesture", "start", "end", "decided", "confidence"]
+
+
+def test_the_truth_has_the_same_columns_and_the_true_angles(folder: Path) -> None:
+    main(["decode", "hand.gcm", "take.csv", "-o", "out"])
+    truth, states = rows(folder / "take.truth.csv")[0], rows(folder / "out.states.csv")[0]
+    assert truth[: len(states)] == states
+    joints = states[7 : -len(TAIL)]
+    assert truth[len(states) :] == [f"{joint}.true" for joint in joints]
+
+
+def test_score_agrees_with_comparing_the_tables(folder: Path, capsys: Capture) -> None:
+    main(["decode", "hand.gcm", "take.csv", "-o", "out"])
+    capsys.readouterr()
+    assert main(["score", "out", "take.truth.csv", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    out, truth = rows(folder / "out.states.csv")[1:], rows(folder / "take.truth.csv")[1:]
+    same = np.mean([[a == b for a, b in zip(o[2:7], t[2:7], strict=True)] for o, t in zip(out, truth, strict=True)])
+    assert report["overall"]["exact"]["value"] == pytest.approx(float(same))
+    assert same > 0.8
+
+
+def test_every_suffix_has_its_form(folder: Path) -> None:
+    assert main(["decode", "hand.gcm", "take.csv", "-o", "out.csv"]) == 0
+    assert main(["decode", "hand.gcm", "take.csv", "-o", "out.jsonl"]) == 0
+    assert main(["decode", "hand.gcm", "take.csv", "-o", "out.html"]) == 0
+    assert rows(folder / "out.csv")[0][:9] == HEAD
+    lines = [json.loads(line) for line in (folder / "out.jsonl").read_text(encoding="utf-8").splitlines()]
+    assert len(lines) == 26
+    assert lines[0]["states"]["index"] == "0/0/0"
+    assert {"candidates", "why", "pose", "status", "tokens"} <= set(lines[0])
+    assert (folder / "out.html").read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
+
+
+def test_standard_input_and_output(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    stdin = io.TextIOWrapper(io.BytesIO((folder / "take.csv").read_bytes()))
+    monkeypatch.setattr("sys.stdin", stdin)
+    assert main(["decode", "hand.gcm", "-", "-o", "-"]) == 0
+    output = capsys.readouterr()
+    assert output.out.startswith(",".join(HEAD)) and output.out.count("\n") == 27
+    assert "binding" in output.err
+
+
+def test_a_hidden_limb_is_undecided_and_its_cells_are_empty_or_carried(folder: Path) -> None:
+    main(["simulate", "hand.gcm", "--path", "fist", "--hide", "thumb", "-o", "hidden.csv"])
+    assert main(["decode", "hand.gcm", "hidden.csv", "-o", "out"]) == 0
+    table = rows(folder / "out.states.csv")
+    thumb, angle = table[0].index("thumb"), table[0].index("thumb.mcp")
+    assert {row[thumb] for row in table[1:]} == {"?"}
+    assert {row[angle] for row in table[1:]} == {""}
+
+
+def test_several_recordings_go_into_a_folder_and_a_bad_one_stops_no_other(folder: Path, capsys: Capture) -> None:
+    (folder / "bad.csv").write_text("time,a.x,a.y,a.z\n0,1,2\n", encoding="utf-8")
+    main(["simulate", "hand.gcm", "--random", "-o", "more.npz"])
+    capsys.readouterr()
+    assert main(["decode", "hand.gcm", "take.csv", "bad.csv", "more.npz", "-o", "outs", "-j", "2"]) == 1
+    output = capsys.readouterr()
+    assert "bad.csv:2: the row has 3 columns" in output.err
+    assert output.err.count("not built yet") == 1
+    made = sorted(path.name for path in (folder / "outs").iterdir())
+    assert made == ["more.events.csv", "more.states.csv", "take.events.csv", "take.states.csv"]
+
+
+def test_resume_leaves_out_what_is_done(folder: Path, capsys: Capture) -> None:
+    main(["simulate", "hand.gcm", "--random", "-o", "more.npz"])
+    arguments = ["decode", "hand.gcm", "take.csv", "more.npz", "-o", "outs", "--resume"]
+    assert main(arguments) == 0
+    done = folder / "outs" / "take.states.csv"
+    done.write_text("kept", encoding="utf-8")
+    (folder / "outs" / "more.states.csv").unlink()
+    capsys.readouterr()
+    assert main(arguments) == 0
+    assert "1 recordings were decoded already" in capsys.readouterr().err
+    assert done.read_text(encoding="utf-8") == "kept"
+    assert (folder / "outs" / "more.states.csv").is_file()
+
+
+def test_a_binding_of_one_s_own_is_taken_from_a_file(folder: Path, capsys: Capture) -> None:
+    text = (folder / "take.csv").read_text(encoding="utf-8")
+    (folder / "theirs.csv").write_text(text.replace("index.tip.", "IX."), encoding="utf-8")
+    names = ["wrist", "index_base", "middle_base", "little_base", "thumb_base"]
+    lines = [f"  {name}: {name}\n" for name in names]
+    (folder / "map.yaml").write_text("tokens:\n  index.tip: IX\n" + "".join(lines), encoding="utf-8")
+    assert main(["decode", "hand.gcm", "theirs.csv", "-o", "out", "--bind", "map.yaml", "--json"]) == 0
+    (summary,) = json.loads(capsys.readouterr().out.split("take.truth.csv\n")[-1])
+    assert summary["machines"]["index"]["decided"] == 1.0
+    assert summary["machines"]["thumb"]["decided"] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["hand.gcm", "take.csv", "--bind", "nobody"], 2, "no binding `nobody`"),
+        (["hand.gcm", "take.csv", "--bind", "none.yaml"], 1, "none.yaml: No such file"),
+        (["hand.gcm", "other.csv"], 1, "other.csv: no binding names any of the points"),
+        (["hand.gcm", "take.csv", "--set", "side=left"], 2, "compiled already"),
+        (["cut.gcm", "take.csv"], 1, "cut.gcm"),
+    ],
+)
+def test_what_cannot_be_decoded_is_one_line_and_no_file(
+    folder: Path, capsys: Capture, arguments: list[str], code: int, message: str
+) -> None:
+    (folder / "other.csv").write_text("time,a.x,a.y,a.z\n0,1,2,3\n", encoding="utf-8")
+    (folder / "cut.gcm").write_bytes((folder / "hand.gcm").read_bytes()[:5000])
+    before = set(folder.iterdir())
+    capsys.readouterr()
+    assert main(["decode", *arguments, "-o", "out"]) == code
+    assert message in capsys.readouterr().err
+    assert set(folder.iterdir()) == before
+
+
+def test_the_other_hand_is_a_loud_misfit(tmp_path: Path, shared_data: Path, capsys: Capture) -> None:
+    take = str(shared_data / "hand_leap" / "grab_right.npz")
+    assert main(["decode", "hand", take, "--set", "side=left", "-o", str(tmp_path / "out")]) == 0
+    assert "warning: MISFIT" in capsys.readouterr().err
+    assert main(["decode", "hand", take, "-o", str(tmp_path / "out")]) == 0
+    output = capsys.readouterr()
+    assert "MISFIT" not in output.err and "binding `leap`" in output.out
+
+
+def test_a_rig_s_folder_is_simulated_and_decoded(folder: Path, shared_data: Path, capsys: Capture) -> None:
+    rig = str(shared_data / "paper_hand" / "rig.yaml")
+    arguments = ["simulate", "hand.gcm", "--path", "flat -> fist", "--rig", rig, "--noise-px", "1", "-o", "stereo"]
+    assert main(arguments) == 0
+    assert sorted(path.name for path in (folder / "stereo").iterdir()) == ["left.csv", "rig.yaml", "right.csv"]
+    assert main(["decode", "hand.gcm", "stereo", "-o", "out", "--noise-px", "1"]) == 0
+    assert main(["score", "out", "stereo.truth.csv"]) == 0
+    assert main(arguments) == 2
+    assert "not an empty folder" in capsys.readouterr().err

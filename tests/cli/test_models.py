@@ -1,0 +1,115 @@
+"""compile, check, dump and demo: one model by its name, its path, its text, and its mistakes."""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from gesturec.cli.main import main
+
+Capture = pytest.CaptureFixture[str]
+
+GOOD = """gesturec: 1
+name: nod
+units: {length: mm, angle: deg}
+root:
+  name: trunk
+  tokens: {a: [0, 0, 0], b: [50, 0, 0], c: [0, 50, 0]}
+limbs:
+  head:
+    chain:
+      - {joint: nod, axis: z, levels: [0, 20, 40]}
+      - {token: nose, at: [100, 0, 0]}
+"""
+
+
+@pytest.fixture
+def nod(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "nod.yaml"
+    path.write_text(GOOD, encoding="utf-8")
+    return path
+
+
+def test_the_same_source_compiles_to_the_same_bytes_by_any_way_in(
+    nod: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    assert main(["compile", "nod.yaml", "-o", "one.gcm"]) == 0
+    assert "1 machines, 3 states" in capsys.readouterr().out
+    assert main(["compile", "nod.yaml", "-o", "two.gcm"]) == 0
+    assert Path("one.gcm").read_bytes() == Path("two.gcm").read_bytes()
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(GOOD.encode())))
+    assert main(["compile", "-", "-o", "three.gcm"]) == 0
+    assert Path("one.gcm").read_bytes() == Path("three.gcm").read_bytes()
+    capsys.readouterr()
+    assert main(["info", "three.gcm", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["machines"][0]["states"] == 3
+
+
+def test_findings_are_told_with_their_place_and_nothing_is_written(nod: Path, capsys: Capture) -> None:
+    nod.write_text(GOOD.replace("axis: z", "axs: z"), encoding="utf-8")
+    assert main(["compile", "nod.yaml", "-o", "nod.gcm"]) == 1
+    error = capsys.readouterr().err
+    assert "nod.yaml:10:" in error and "axis" in error
+    assert not Path("nod.gcm").exists()
+    assert main(["check", "nod.yaml", "--format", "json"]) == 1
+    findings = json.loads(capsys.readouterr().out)
+    assert all({"rule", "severity", "message", "file", "line", "column", "help", "related"} <= set(f) for f in findings)
+    assert {f["line"] for f in findings} == {10}
+    assert main(["check", "nod.yaml", "--format", "github"]) == 1
+    assert capsys.readouterr().out.startswith("::error file=nod.yaml,line=10,")
+
+
+def test_warnings_count_only_when_strict(nod: Path, capsys: Capture) -> None:
+    nod.write_text(GOOD.replace(", c: [0, 50, 0]", ""), encoding="utf-8")
+    assert main(["check", "nod.yaml"]) == 0
+    assert "warning[few-root-tokens]" in capsys.readouterr().out
+    assert main(["check", "nod.yaml", "--strict"]) == 1
+    assert main(["compile", "nod.yaml", "-o", "nod.gcm", "--strict"]) == 1
+    assert not Path("nod.gcm").exists()
+    assert main(["compile", "nod.yaml", "-o", "nod.gcm"]) == 0
+    assert "warning[few-root-tokens]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("stage", ["document", "model", "lowered", "tables"])
+def test_every_stage_is_dumped_as_canonical_json(nod: Path, stage: str, capsys: Capture) -> None:
+    assert main(["dump", "nod.yaml", "--stage", stage]) == 0
+    first = capsys.readouterr().out
+    assert json.loads(first)
+    assert main(["dump", "nod.yaml", "--stage", stage]) == 0
+    assert capsys.readouterr().out == first
+
+
+def test_a_limit_is_told_with_the_option_that_raises_it(nod: Path, capsys: Capture) -> None:
+    assert main(["compile", "nod.yaml", "-o", "nod.gcm", "--max-states", "2"]) == 1
+    assert "--max-states" in capsys.readouterr().err
+    assert not Path("nod.gcm").exists()
+
+
+def test_both_shipped_models_compile(tmp_path: Path, capsys: Capture) -> None:
+    for name in ("hand", "gait"):
+        assert main(["compile", name, "-o", str(tmp_path / f"{name}.gcm")]) == 0, capsys.readouterr().err
+
+
+def test_every_machine_is_drawn(nod: Path) -> None:
+    for suffix in ("svg", "dot", "graphml", "mmd", "scxml", "json"):
+        assert main(["graph", "nod.yaml", "-o", f"nod.{suffix}"]) == 0
+        assert "20" in Path(f"nod.{suffix}").read_text(encoding="utf-8"), "the middle state has its name"
+
+
+def test_the_demo_writes_its_page_and_opens_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    def opened(url: str) -> bool:
+        raise AssertionError(f"opened {url}")
+
+    monkeypatch.setattr("webbrowser.open", opened)
+    page = tmp_path / "demo.html"
+    assert main(["demo", "--no-open", "-o", str(page), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["page"] == str(page)
+    assert facts["decided"] > 0.9 and facts["exact"] > 0.8
+    assert "http://" not in page.read_text(encoding="utf-8").replace("http://www.w3.org/", "")
