@@ -13,11 +13,9 @@ from numpy.typing import ArrayLike
 
 from gesturec.artifact.clearance import clearance
 from gesturec.artifact.kinematics import COUPLED, Chain, coupled_value, points_in
-from gesturec.artifact.programs import LeafEnvironment
+from gesturec.artifact.programs import VECTORS, LeafEnvironment
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredModel, Operation
-
-Configuration = tuple[Mapping[int, Floats], Mapping[int, Ints]]  # joint values, and states of machines
 
 
 @dataclass
@@ -72,11 +70,27 @@ def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, In
     return LeafEnvironment(_leaves(body, complete_values(body.chain, values), state))
 
 
-def step_environment(body: Body, before: Configuration, after: Configuration) -> LeafEnvironment:
-    """Leaves over steps: `prev_` ones see `before`, the others `after`; each is (values, states)."""
-    earlier = _leaves(body, complete_values(body.chain, before[0]), before[1])
-    later = _leaves(body, complete_values(body.chain, after[0]), after[1])
-    return LeafEnvironment({**later, **{f"prev_{name}": leaf for name, leaf in earlier.items()}})
+def state_environment(body: Body, states: MachineStates) -> LeafEnvironment:
+    """Leaves over all states of one machine."""
+    return environment(body, rows_of(states), {states.machine: np.arange(states.count)})
+
+
+def step_environment(states: LeafEnvironment, before: Ints, after: Ints) -> LeafEnvironment:
+    """Leaves over steps of one machine: `prev_` ones of the states `before`, the others of those `after`.
+
+    `states` are the leaves over all states, each of which is computed once however many steps there are.
+    """
+
+    def of(name: str, rows: Ints) -> Callable[[int], ArrayLike]:
+        def leaf(argument: int) -> ArrayLike:
+            value = np.asarray(states.leaf(name, argument))
+            varies = value.ndim == (2 if name in VECTORS else 1)
+            return value[rows] if varies else value
+
+        return leaf
+
+    names = list(states.leaves)
+    return LeafEnvironment({**{n: of(n, after) for n in names}, **{f"prev_{n}": of(n, before) for n in names}})
 
 
 def _leaves(

@@ -20,7 +20,7 @@ from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.expansion import curve
 from gesturec.expansion.conflict import smallest_conflict
 from gesturec.expansion.depend import dependence
-from gesturec.expansion.environment import Body, complete_values, environment, rows_of
+from gesturec.expansion.environment import Body, complete_values, environment, state_environment
 from gesturec.expansion.grid import Check, TooMany, share_removed, survivors
 from gesturec.expansion.limits import Limits, Refused, refuse_count
 from gesturec.expansion.states import Floats, Ints, MachineStates
@@ -328,9 +328,8 @@ def _filtered(body: Body, states: MachineStates, requires: Sequence[LoweredConst
 
 def truth_of(body: Body, states: MachineStates, constraint: LoweredConstraint) -> Floats:
     """A constraint's value in every state of the one machine that it names; NaN where unknown."""
-    values = rows_of(states)
-    where = environment(body, values, {states.machine: np.arange(states.count)})
-    result, undefined = evaluate_checked(body.sets.resolve(constraint.program.operations), where)
+    operations = body.sets.resolve(constraint.program.operations)
+    result, undefined = evaluate_checked(operations, state_environment(body, states))
     first = first_undefined(undefined, (states.count,))
     if first is not None:
         raise Refused(

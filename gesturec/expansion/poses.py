@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gesturec.artifact.programs import evaluate_checked, first_undefined
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.depend import conjuncts, dependence
-from gesturec.expansion.environment import Body, environment, rows_of
+from gesturec.expansion.environment import Body, state_environment
 from gesturec.expansion.limits import Refused
 from gesturec.expansion.states import Floats
 from gesturec.lowering.lowered import LoweredPose, Operation
@@ -53,8 +53,7 @@ def _is_true(body: Body, part: Sequence[Operation]) -> bool:
 
 def _truth(body: Body, pose: LoweredPose, machine: int, part: Sequence[Operation]) -> NDArray[np.uint8]:
     states = body.states[machine]
-    where = environment(body, rows_of(states), {machine: np.arange(states.count)})
-    value, undefined = evaluate_checked(body.sets.resolve(part), where)
+    value, undefined = evaluate_checked(body.sets.resolve(part), state_environment(body, states))
     first = first_undefined(undefined, (states.count,))
     if first is not None:
         place = f"state `{states.names[first]}` of `{body.model.machines[machine].name}`"

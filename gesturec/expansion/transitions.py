@@ -25,7 +25,7 @@ from gesturec.expansion.adjacency import (
     whole_grid,
     whole_grid_count,
 )
-from gesturec.expansion.environment import Body, rows_of, set_members, step_environment
+from gesturec.expansion.environment import Body, set_members, state_environment, step_environment
 from gesturec.expansion.limits import Limits, Refused, refuse_count
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredMachine, LoweredRule
@@ -158,11 +158,11 @@ def _allowed(body: Body, states: MachineStates, rule: LoweredRule, limits: Limit
 def _truth(body: Body, states: MachineStates, rule: LoweredRule, source: Ints, target: Ints) -> Floats:
     """A rule's truth on steps from `source` to `target`; NaN where unknown."""
     operations = body.sets.resolve(rule.program.operations)
+    leaves = state_environment(body, states)
     parts = [np.zeros(0)]
     for start in range(0, len(source), BLOCK):
         rows = source[start : start + BLOCK], target[start : start + BLOCK]
-        sides = [(rows_of(states, row), {states.machine: row}) for row in rows]
-        truth, undefined = evaluate_checked(operations, step_environment(body, *sides))
+        truth, undefined = evaluate_checked(operations, step_environment(leaves, *rows))
         first = first_undefined(undefined, rows[0].shape)
         if first is not None:
             raise Refused(_undefined(states, rule, int(rows[0][first]), int(rows[1][first])))
