@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import replace
 from typing import Any
 
 from lark import Token, Transformer
@@ -101,7 +100,7 @@ class Builder(Transformer[Token, Any]):
 
     def grouped(self, parts: list[Any]) -> Any:
         opening, inner, closing = parts
-        return replace(inner, span=across(self.span(opening), self.span(closing)))
+        return inner._replace(span=across(self.span(opening), self.span(closing)))
 
     def component(self, parts: list[Any]) -> tree.Component:
         vector, _, name = parts

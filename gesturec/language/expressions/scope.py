@@ -116,7 +116,9 @@ class Hole:
     """A thing with a mistake that has been reported already; nothing more is said about it."""
 
 
-Symbol: TypeAlias = Joint | LevelTest | Token | StateTest | CycleAt | Pose | Gesture | SeenFrom | Limb | Group | Unknown | Hole
+Symbol: TypeAlias = (
+    Joint | LevelTest | Token | StateTest | CycleAt | Pose | Gesture | SeenFrom | Limb | Group | Unknown | Hole
+)
 
 
 @dataclass(frozen=True, slots=True)

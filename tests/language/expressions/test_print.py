@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 from hypothesis import given
@@ -25,11 +24,9 @@ def shape(node: Any) -> Any:
     """A tree without its places."""
     if isinstance(node, Span):
         return None
-    if is_dataclass(node) and not isinstance(node, type):
-        return (
-            type(node).__name__,
-            *(shape(getattr(node, each.name)) for each in fields(node) if "span" not in each.name),
-        )
+    if hasattr(node, "_fields"):
+        kept = (name for name in node._fields if "span" not in name)
+        return (type(node).__name__, *(shape(getattr(node, name)) for name in kept))
     return tuple(map(shape, node)) if isinstance(node, tuple) else node
 
 
