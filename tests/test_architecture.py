@@ -27,6 +27,7 @@ ORDER = (
     "recordings",
     "score",
     "simulate",
+    "modeltests",
     "scaffold",
     "view",
     "cli",

@@ -30,13 +30,14 @@ COMMANDS: Final = {
     "simulate": "a take of a model, and its truth",
     "decode": "recordings to states",
     "score": "agreement with truth or a human coder",
+    "test": "the tests in a model's own file",
     "schema": "the language's JSON Schema",
     "explain": "the page of a rule",
 }
 """Every command that is built, and what it does; its module is `gesturec.cli.<name>_command`."""
 
 NOT_BUILT: Final = (
-    "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin", "test",
+    "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin",
 )  # fmt: skip
 """Commands of the interface that are not built yet; refused by name."""
 

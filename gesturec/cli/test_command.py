@@ -1,0 +1,52 @@
+"""`gesturec test MODEL.yaml`: the tests that stand in the model's own file."""
+
+from __future__ import annotations
+
+import json
+from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
+
+from gesturec.cli.models import add_model_options, load_artifact
+
+if TYPE_CHECKING:
+    from gesturec.modeltests.run import Outcome
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("model", metavar="MODEL", help="a model (.yaml, .gcm, a shipped name, -)")
+    add_model_options(parser)
+    parser.add_argument("--json", action="store_true", help="as JSON")
+
+
+def run(options: Namespace) -> int:
+    """Run and print; 1 where a test failed."""
+    from gesturec.modeltests import run_tests
+
+    outcomes = run_tests(load_artifact(options.model, options))
+    if options.json:
+        print(json.dumps([_plain(outcome) for outcome in outcomes], indent=2, allow_nan=False))
+    else:
+        for outcome in outcomes:
+            print(_line(outcome))
+        counts = {status: sum(o.status == status for o in outcomes) for status in ("passed", "failed", "not run")}
+        print(
+            ", ".join(f"{count} {status}" for status, count in counts.items()) if outcomes else "the model has no tests"
+        )
+    return 1 if any(outcome.status == "failed" for outcome in outcomes) else 0
+
+
+def _plain(outcome: Outcome) -> dict[str, object]:
+    from dataclasses import asdict
+
+    share = outcome.within_level
+    return {**asdict(outcome), "within_level": None if share != share else share}
+
+
+def _line(outcome: Outcome) -> str:
+    """One test: what came of it, and why."""
+    share = (
+        "" if outcome.within_level != outcome.within_level else f"{100 * outcome.within_level:.1f} % within one level"
+    )
+    said = ": ".join(part for part in (outcome.status, outcome.why) if part)
+    return f"{outcome.name} (line {outcome.line}): {said}" + (f" [{outcome.frames} frames, {share}]" if share else "")
