@@ -10,9 +10,8 @@ import pytest
 from gesturec.cli.main import main
 
 Capture = pytest.CaptureFixture[str]
-TAKE = (
-    "# up: y\ntime,a.x,a.y,a.z,b.x,b.y,b.z\n0,1,2,3,1,1,1\n0.1,,,,1,1,1\n0.1,,,,1,1,1\n0.05,1,2,3,1,1,1\n0.3,1,2,3,,,\n"
-)
+TAKE = "# up: y\ntime,a.x,a.y,a.z,b.x,b.y,b.z\n0,1,2,3,1,1,1\n0.1,,,,1,1,1\n0.1,,,,1,1,1\n"
+TAKE += "0.05,1,2,3,1,1,1\n0.3,1,2,3,,,\n"
 
 
 def test_gaps_rate_and_irregular_times_of_a_recording(tmp_path: Path, capsys: Capture) -> None:
