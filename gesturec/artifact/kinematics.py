@@ -74,6 +74,17 @@ def coupled_value(chain: Chain, joint: int, values: Mapping[int, Array]) -> Arra
     return np.asarray(evaluate(chain.programs, int(chain.joint_program[joint]), JointEnvironment(values)))
 
 
+def complete_values(chain: Chain, values: Mapping[int, Array]) -> dict[int, Array]:
+    """Values of all joints: those given, fixed ones, coupled ones, and zero for those that nothing asks for."""
+    completed = dict(values)
+    for joint in range(chain.n_joint):
+        if joint not in completed:
+            completed[joint] = np.asarray(chain.joint_value[joint])
+    for joint in np.flatnonzero(chain.joint_source == COUPLED).tolist():
+        completed[joint] = coupled_value(chain, joint, completed)
+    return completed
+
+
 def followed_joints(chain: Chain, joint: int) -> tuple[int, ...]:
     """The joints that a coupled joint follows, rising; none for any other."""
     if chain.joint_source[joint] != COUPLED:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gesturec.artifact.clearance import clearance
-from gesturec.artifact.kinematics import COUPLED, Chain, coupled_value, points_in
+from gesturec.artifact.kinematics import Chain, complete_values, points_in
 from gesturec.artifact.programs import VECTORS, LeafEnvironment
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredModel, Operation
@@ -52,17 +52,6 @@ class Body:
     chain: Chain
     sets: SetTable
     states: dict[int, MachineStates]
-
-
-def complete_values(chain: Chain, values: Mapping[int, Floats]) -> dict[int, Floats]:
-    """Values of all joints: those given, fixed ones, coupled ones, and zero for those that nothing asks for."""
-    completed = dict(values)
-    for joint in range(chain.n_joint):
-        if joint not in completed:
-            completed[joint] = np.asarray(chain.joint_value[joint])
-    for joint in np.flatnonzero(chain.joint_source == COUPLED).tolist():
-        completed[joint] = coupled_value(chain, joint, completed)
-    return completed
 
 
 def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, Ints]) -> LeafEnvironment:

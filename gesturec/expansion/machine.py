@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.artifact.kinematics import complete_values
 from gesturec.artifact.programs import evaluate_checked, first_undefined
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.expansion import curve
 from gesturec.expansion.conflict import smallest_conflict
 from gesturec.expansion.depend import dependence
-from gesturec.expansion.environment import Body, complete_values, environment, state_environment
+from gesturec.expansion.environment import Body, environment, state_environment
 from gesturec.expansion.grid import Check, TooMany, share_removed, survivors
 from gesturec.expansion.limits import Limits, Refused, refuse_count
 from gesturec.expansion.states import Floats, Ints, MachineStates
@@ -205,7 +206,7 @@ def _table(
     n = len(names)
     value, low, high = (np.zeros((n, len(lowered.joints))) for _ in range(3))
     for kind, table in enumerate((value, low, high)):
-        completed = _completed(body, {joint: cell[kind] for joint, cell in cells.items()})
+        completed = complete_values(body.chain, {joint: cell[kind] for joint, cell in cells.items()})
         for column, joint in enumerate(lowered.joints):
             table[:, column] = completed[joint]
     return MachineStates(
@@ -221,10 +222,6 @@ def _table(
         names=names,
         members=members if members is not None else {},
     )
-
-
-def _completed(body: Body, values: dict[int, Floats]) -> dict[int, Floats]:
-    return complete_values(body.chain, values)
 
 
 def _written(body: Body, machine: int, limits: Limits) -> MachineStates:

@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gesturec.artifact.kinematics import COUPLED, Chain, followed_joints, joints_between, points_in
-from gesturec.artifact.moments import Moments, Spread, cell_moments
-from gesturec.expansion.environment import complete_values
+from gesturec.artifact.bake import state_moments
+from gesturec.artifact.kinematics import Chain, complete_values, points_in
+from gesturec.artifact.moments import Moments
 from gesturec.expansion.states import Floats, MachineStates
 
 
@@ -27,7 +27,8 @@ class TokenTables(NamedTuple):
 
 def token_tables(chain: Chain, spread: Floats, states: MachineStates, tokens: Sequence[int], base: int) -> TokenTables:
     """Token tables of one machine; `spread` is `joint_spread`."""
-    return TokenTables(templates(chain, states, tokens, base), moments(chain, spread, states, tokens, base))
+    moments = state_moments(chain, spread, states.joints, states.low, states.high, tokens, base)
+    return TokenTables(templates(chain, states, tokens, base), moments)
 
 
 def templates(chain: Chain, states: MachineStates, tokens: Sequence[int], base: int) -> Floats:
@@ -51,29 +52,3 @@ def _axes(states: MachineStates) -> dict[int, Floats]:
         line = states.angle[:, states.column(joint)].reshape(states.shape)[tuple(place)]
         values[joint] = line.reshape([-1 if i == axis else 1 for i in range(len(states.shape))])
     return values
-
-
-def moments(chain: Chain, spread: Floats, states: MachineStates, tokens: Sequence[int], base: int) -> Moments:
-    """Moments over the states' cells: uniform over a cell, Gaussian of the joint's spread about it."""
-    spreads, followed = {}, {}
-    for joint in _joints(chain, tokens, base):
-        followed[joint] = followed_joints(chain, joint)
-        for source in {joint, *followed[joint]}:
-            if chain.joint_source[source] != COUPLED:
-                spreads[source] = _spread(chain, spread, states, source)
-    return cell_moments(chain, spreads, followed, tokens, base)
-
-
-def _joints(chain: Chain, tokens: Sequence[int], base: int) -> list[int]:
-    segments = {int(chain.token_segment[token]) for token in tokens}
-    return sorted({joint for segment in segments for joint in joints_between(chain, segment, base)})
-
-
-def _spread(chain: Chain, spread: Floats, states: MachineStates, joint: int) -> Spread:
-    """How a joint varies; one that is not the machine's (a fixed limb between) is at its own value."""
-    sigma = float(spread[joint])
-    if joint not in states.joints:
-        value = np.full(states.count, chain.joint_value[joint])
-        return Spread(value, value, sigma)
-    column = states.column(joint)
-    return Spread(states.low[:, column], states.high[:, column], sigma)
