@@ -1,7 +1,7 @@
 """From where a body is first looked at: its points over a take in, a direction in the world out.
 
 The camera stands where the body looks widest, on the side to which its limbs bend, a little turned and raised so
-that depth shows. What is up is the world's where it is known, else where the limbs point.
+that depth shows. What is up is the world's where it is known, else guessed from the body.
 """
 
 from __future__ import annotations
@@ -15,6 +15,10 @@ Floats = NDArray[np.float64]
 
 # A body whose flat side faces up or down more than this (cosine) is looked at from above, along where its limbs point
 LYING: Final = 0.75
+# Cosine between y and the direction in which a body is thinnest from which on it is flat across y
+FLAT_ACROSS_Y: Final = 0.9
+# Share of the frames whose body fits the picture; the others may reach over its edge
+MOSTLY: Final = 0.95
 TURN, RAISE = np.deg2rad(24.0), np.deg2rad(14.0)
 RAISE_LYING: Final = np.deg2rad(50.0)
 
@@ -29,7 +33,7 @@ def first_camera(
     rest
         Nodes in the intrinsic frame at rest, shape (n_node, 3), m.
     moving
-        Their mean over the take, same shape.
+        The same in frames of the take, shape (n_frame, n_node, 3); no frame is as good as rest.
     root
         The nodes of the root part.
     rotation
@@ -43,17 +47,32 @@ def first_camera(
     """
     if not len(rest):
         return {"toward": [0.0, 0.0, 1.0], "up": [0.0, 1.0, 0.0], "radius": 0.1}
+    frames = moving if len(moving) else rest[None]
     turned = np.eye(3) if rotation is None else rotation
     limbs = np.setdiff1d(np.arange(len(rest)), root)
     axes = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=True)[2]
     reach = rest[limbs].mean(axis=0) - rest[list(root)].mean(axis=0) if len(limbs) and root else np.ones(3)
-    along = turned @ _pointing(axes[0], reach)
-    thin = turned @ _pointing(axes[2], (moving - rest).mean(axis=0))
-    vertical = along if up is None else np.asarray(up, float)
+    along = _pointing(axes[0], reach)
+    thin = _pointing(axes[2], (frames.mean(axis=0) - rest).mean(axis=0))
+    vertical = np.asarray(up, float) if up is not None else turned @ _guessed_up(along, thin)
+    along, thin = turned @ along, turned @ thin
     toward = _standing(thin, vertical) if abs(thin @ vertical) < LYING else _lying(along, vertical)
-    middle = (rest.min(axis=0) + rest.max(axis=0)) / 2
-    radius = float(np.linalg.norm(rest - middle, axis=1).max())
-    return {"toward": toward.tolist(), "up": vertical.tolist(), "radius": max(radius, 1e-3)}
+    return {"toward": toward.tolist(), "up": vertical.tolist(), "radius": max(_radius(frames), 1e-3)}
+
+
+def _guessed_up(along: Floats, thin: Floats) -> Floats:
+    """What is taken for up in the intrinsic frame: y, as bodies are mostly written, else where the limbs point.
+
+    A body that is flat across y, like a hand, would lie on its back and is stood up instead.
+    """
+    return along if abs(thin[1]) > FLAT_ACROSS_Y else np.array([0.0, 1.0, 0.0])
+
+
+def _radius(frames: Floats) -> float:
+    """Of a sphere around the body's box, in nearly all frames, m."""
+    low, high = frames.min(axis=1), frames.max(axis=1)
+    away = np.linalg.norm(frames - ((low + high) / 2)[:, None], axis=-1).max(axis=1)
+    return float(np.quantile(away, MOSTLY))
 
 
 def _pointing(axis: Floats, way: Floats) -> Floats:

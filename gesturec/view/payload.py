@@ -165,7 +165,7 @@ def _camera(
     known = np.flatnonzero(np.isfinite(decoding.pose_rotation).all(axis=(1, 2)))
     rotation = decoding.pose_rotation[known[0]] if len(known) else None
     size = float(np.nanmedian(decoding.scale)) if np.isfinite(decoding.scale).any() else 1.0
-    return first_camera(rest * size, nodes.mean(axis=0) if len(nodes) else rest, skeleton.hull, rotation, up)
+    return first_camera(rest * size, nodes, skeleton.hull, rotation, up)
 
 
 def _rest_angles(artifact: Artifact) -> Floats:

@@ -1,7 +1,8 @@
 // The chosen machine's graph: the state of the frame lit, its successors ringed, the way it came as a trail.
 
 const TRAIL = 10;  // states before the current one
-const built = {machine: -1, panel: null, nodes: [], trail: null, halo: null};
+const LARGE = 1.7;  // times the room that there is: from here on a part around the current state is shown
+const built = {machine: -1, panel: null, nodes: [], trail: null, halo: null, root: null};
 
 /** The panel that is shown: the chosen one, or that of the state of the frame (or of the last known). */
 function shownPanel(graph, machine) {
@@ -45,7 +46,23 @@ function buildGraph(machine, panel) {
   graph.position.forEach((_, state) => { if (shows(state)) root.append(nodeOf(machine, state)); });
   built.halo = svg("circle", {class: "halo", r: graph.radius + Math.max(3, 0.25 * graph.radius), visibility: "hidden"});
   root.append(built.halo);
+  built.root = root;
   box.append(root);
+}
+
+function isLarge(graph) {
+  const box = $("graph-box");
+  return graph.kind === "trellis" && Math.max(graph.size[0] / box.clientWidth, graph.size[1] / box.clientHeight) > LARGE;
+}
+
+/** Of a large graph, move the window to the state of the frame and say in which panel it is. */
+function focusGraph(machine) {
+  const graph = machine.graph, state = shownState(machine, view.frame);
+  if (!isLarge(graph)) return;
+  const near = !view.whole && state >= 0, size = [$("graph-box").clientWidth, $("graph-box").clientHeight].map((side) => side / 0.9);
+  const corner = near ? graph.position[state].map((at, axis) => Math.max(-6, Math.min(graph.size[axis] + 6 - size[axis], at - size[axis] / 2))) : null;
+  built.root.setAttribute("viewBox", (near ? [...corner, ...size] : boxOf(graph, -1)).join(" "));
+  $("graph-caption").textContent = near ? `around ${graph.panels[graph.panel[state]].title}` : graph.caption;
 }
 
 function arrowHead() {
@@ -113,6 +130,13 @@ function drawTrail(machine) {
 function panelButtons(graph, panel) {
   const box = $("panels");
   box.replaceChildren();
+  if (isLarge(graph)) {
+    for (const [text, whole] of [["near the state", false], ["whole", true]]) {
+      const button = make("button", {type: "button", "aria-pressed": String(view.whole === whole)}, text);
+      button.addEventListener("click", () => show({whole}));
+      box.append(button);
+    }
+  }
   if (panel < 0) return;
   graph.panels.forEach((each, k) => {
     const button = make("button", {type: "button", "aria-pressed": String(k === panel), title: view.panel === k ? "back to the slice of the current state" : "show this slice"}, each.title + (view.panel === k ? " ⚲" : ""));
@@ -131,9 +155,11 @@ function drawGraph() {
   if (!frameCount) return;
   markNodes(machine);
   drawTrail(machine);
+  focusGraph(machine);
 }
 
 function startGraph() {
   if (!data.machines.length) $("graph-box").append(make("p", {class: "empty"}, "a rigid body: it has no machine, only a pose"));
+  new ResizeObserver(drawGraph).observe($("graph-box"));
   drawers.push(drawGraph);
 }

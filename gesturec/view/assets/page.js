@@ -44,7 +44,7 @@ for (const machine of data.machines) {
 }
 for (const each of data.poses) each.value = unpack(each.value);
 
-const view = {frame: 0, machine: 0, panel: -1, playing: false, camera: "follow"};
+const view = {frame: 0, machine: 0, panel: -1, playing: false, camera: "follow", whole: false};
 const drawers = [];
 
 /** Candidates of a machine in a frame: [[state, probability], ...], the most probable first. */

@@ -95,7 +95,7 @@ function projector(width, height) {
   const {right, up, toward} = axes();
   const still = view.camera === "world";
   const target = still ? wholeMiddle : view.camera === "body" && firstPose >= 0 ? middles[firstPose] : middles[Math.max(0, view.frame)] || [0, 0, 0];
-  const radius = (still ? wholeRadius : data.camera.radius) * 1.04 / camera.zoom;
+  const radius = (still ? wholeRadius : data.camera.radius) * 1.1 / camera.zoom;
   const size = Math.min(width, height - 40) / 2 * LENS;
   const project = (point) => {
     const from = sub(point, target), depth = LENS * radius - dot3(from, toward);

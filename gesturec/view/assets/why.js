@@ -44,7 +44,7 @@ function residualTable(box, machine, places) {
   data.tokens.names.forEach((name, token) => {
     if (data.tokens.machine[token] !== machine || !everSeen[token]) return;
     const away = residual(token, places);
-    table.append(rowOf([[name, null], [away === null ? places.measured[token] ? "no pose" : "not seen" : `${(1000 * away).toFixed(1)} mm`, "number"]]));
+    table.append(rowOf([[name, null], [away === null ? places.measured[token] ? "no pose" : "not seen" : away < 1 ? `${(1000 * away).toFixed(1)} mm` : `${away.toFixed(2)} m`, "number"]]));
   });
   if (!table.children.length) return;
   line(box, "measured from decoded", "soft");

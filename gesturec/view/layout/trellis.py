@@ -41,13 +41,14 @@ def trellis(axes: GridAxes) -> tuple[Floats, Ints, tuple[Panel, ...], float, tup
     n_column = 1 if column is None else counts[column]
     cell = float(np.clip((WIDEST_PX / n_column - GAP_PX) / across, SMALLEST_CELL_PX, LARGEST_CELL_PX))
     row_titles = _row_titles(axes, rows)
-    panels = _panels(len(row_titles), n_column, across * cell + 4, down * cell + 4, bool(rows))
+    titles = _panel_titles(axes, column, row_titles)
+    panels = _panels(titles, n_column, (across * cell + 4, down * cell + 4), bool(rows))
     panel = _row_number(axes.index, rows, counts) * n_column + (0 if column is None else axes.index[:, column])
     inside = np.stack([axes.index[:, inner[-1]], axes.index[:, inner[0]] if len(inner) == 2 else 0 * panel], axis=1)
     corner = np.array([[p.x, p.y] for p in panels])
     place = corner[panel] + (inside + 0.5) * cell + 2
-    titles = [Text(0, panels[r * n_column].y - 5, title, "start") for r, title in enumerate(row_titles) if title]
-    texts = (*_column_titles(axes, column, panels[:n_column]), *titles, *_footer(axes, inner, panels[-1]))
+    beside = [Text(0, panels[r * n_column].y - 5, title, "start") for r, title in enumerate(row_titles) if title]
+    texts = (*_column_titles(axes, column, panels[:n_column]), *beside, *_footer(axes, inner, panels[-1]))
     return place, panel, panels, 0.36 * cell, texts, _dots(panels, panel, inside, (down, across), cell)
 
 
@@ -57,11 +58,19 @@ def _row_titles(axes: GridAxes, rows: tuple[int, ...]) -> list[str]:
     return [" · ".join(axes.label(axis, level) for axis, level in zip(rows, key, strict=True)) for key in keys]
 
 
-def _panels(n_row: int, n_column: int, width: float, height: float, titled: bool) -> tuple[Panel, ...]:
+def _panel_titles(axes: GridAxes, column: int | None, rows: list[str]) -> list[str]:
+    """What all states of a panel have in common, row by row."""
+    columns = [""] if column is None else [axes.label(column, level) for level in range(axes.counts[column])]
+    return [" · ".join(part for part in (row, title) if part) for row in rows for title in columns]
+
+
+def _panels(titles: list[str], n_column: int, size: tuple[float, float], titled: bool) -> tuple[Panel, ...]:
+    width, height = size
     pitch = height + (ROW_TITLE_PX if titled else GAP_PX)
     top = HEADER_PX + (ROW_TITLE_PX - GAP_PX if titled else 0)
     return tuple(
-        Panel("", c * (width + GAP_PX), top + r * pitch, width, height) for r in range(n_row) for c in range(n_column)
+        Panel(title, k % n_column * (width + GAP_PX), top + k // n_column * pitch, width, height)
+        for k, title in enumerate(titles)
     )
 
 
