@@ -53,16 +53,12 @@ def resolve_model(
     settled = settle(model, {**profile_settings(profile, findings), **settings}, findings)
     body = ResolvedBody(model, str(model.main.block.name or ""), settled.of(model.main))
     body.scale, body.flip, body.parameters = settled.scale, settled.flip, dict(settled.effective)
-    refuse_unbuilt(model, findings)
-    build_parts(body, settled, findings)
-    return body, findings
-
-
-def refuse_unbuilt(model: Model, findings: Findings) -> None:
-    """What the language has and this compiler has not, by name."""
-    if model.main.block.bodies:
+    if model.main.block.has("bodies"):
         span = model.main.block.key("bodies")
         findings.report("not-built", "`bodies`, several bodies in one model, is not built yet", span)
+        return body, findings
+    build_parts(body, settled, findings)
+    return body, findings
 
 
 def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> None:

@@ -30,11 +30,12 @@ class TemplateOf:
     environment: Environment
 
     def arguments(self) -> dict[str, tuple[Text, Node | None]]:
-        """Its arguments with their defaults."""
+        """Its arguments with their defaults, but for those that no limb can give."""
         node = self.block.arguments
+        pairs: list[tuple[Text, Node | None]] = [(item, None) for item in node or () if isinstance(item, Text)]
         if isinstance(node, Mapping):
-            return {str(key): (key, default) for key, default in node.items()}
-        return {str(item): (item, None) for item in node or () if isinstance(item, Text)}
+            pairs = list(node.items())
+        return {str(key): (key, default) for key, default in pairs if key not in Limb.keys_known()}
 
 
 @dataclass(eq=False)

@@ -69,7 +69,6 @@ ERRORS: Final = (
     ("unknown-gesture", "a name is not a gesture"),
     ("unknown-machine", "a name is not a machine"),
     ("unknown-level", "a value or name is not a level of its joint"),
-    ("unknown-body", "a name is not a body"),
     ("unknown-setting", "`--set` or a profile names no parameter"),
     ("bad-setting", "`--set` or a profile gives a parameter a value that it cannot take"),
     ("duplicate-name", "one name is given to two things"),
@@ -79,7 +78,6 @@ ERRORS: Final = (
     # bodies
     ("unknown-argument", "a limb gives an argument that its template has not"),
     ("missing-argument", "a limb leaves out an argument of its template"),
-    ("bad-argument", "an argument is of another kind than its place takes"),
     ("bad-axis", "an axis is no direction"),
     ("bad-rest", "a rest is no rotation"),
     ("no-joint", "a joint that another needs moves nothing or is not there"),
@@ -96,12 +94,11 @@ ERRORS: Final = (
     ("mixed-group", "a group has members of different kinds"),
     # machines, constraints, poses
     ("two-machines", "a limb belongs to two machines"),
+    ("parents-differ", "the limbs of one machine hang from different parts"),
     ("no-machine", "a limb without a free joint is given a machine"),
     ("bad-keys", "the keys of a cycle or path are not such a curve"),
     ("bad-phases", "phases do not begin at 0 and rise"),
-    ("overlapping-states", "a state is named or placed twice"),
     ("groups-disagree", "two groups say different things of a limb"),
-    ("several-limbs", "a name needs its limb in front"),
     ("no-value", "a test or pose asks for a state that cannot be"),
     ("constant-constraint", "a constraint names no joint, state or token"),
     # bindings, tests
@@ -117,7 +114,6 @@ WARNINGS: Final = (
     ("unused-name", "something is defined and never used"),
     ("radians-suspected", "an angle looks like radians in a file of degrees"),
     ("equal-limits", "an interval's two ends are the same"),
-    ("large-rotation", "an angle is more than a turn"),
     ("never-measured", "a binding names a virtual token"),
     ("few-root-tokens", "the root has fewer than three tokens, so that its frame cannot be fitted"),
     ("no-visible-token", "a machine moves no token that can be measured"),

@@ -8,6 +8,7 @@ and a wrong key never hides what is wrong inside.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
 
 from pydantic import (
@@ -25,10 +26,10 @@ from pydantic_core import CoreSchema
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
-from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.diagnostics.suggest import did_you_mean, nearest
 from gesturec.language.document import Mapping, Sequence, Text
 from gesturec.language.findings import Findings
-from gesturec.language.schema.leaf import Json, Leaf, Test, first_line, is_name, is_path, wrong_kind
+from gesturec.language.schema.leaf import Json, Leaf, Test, is_name, is_path, wrong_kind
 from gesturec.language.schema.leaves import NAME_JSON, PATH_JSON, Words
 
 CLASS_WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])")
@@ -37,7 +38,7 @@ CLASS_WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])")
 class Block(BaseModel):
     """A mapping whose keys are words of the language."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True)
     required: ClassVar[tuple[str, ...]] = ()
     one_of: ClassVar[tuple[str, ...]] = ()  # exactly one of these keys
     open_keys: ClassVar[bool] = False  # whether further keys are the author's arguments
@@ -55,8 +56,8 @@ class Block(BaseModel):
 
     @property
     def start(self) -> Span:
-        """The place of its first key, which is where one looks for a mapping in block style."""
-        return first_line(self._mapping)  # type: ignore[no-any-return]
+        """The place of its first key."""
+        return head_of(self._mapping)
 
     @property
     def further(self) -> Mapping:
@@ -99,31 +100,53 @@ class Block(BaseModel):
         if not isinstance(data, Mapping):
             wrong_kind(data, f"a mapping ({cls.what()})", findings)
             return None
+        mapping, further = cls.sort_keys(data, findings)
+        cls.report_missing(mapping, data, findings)
         known = cls.keys_known()
-        further = Mapping(data.span)
-        for key, value in data.items():
-            if key not in known and not key.startswith("x-"):
-                further[key] = value
-        if not cls.open_keys:
-            for key in further:
-                report_unknown_key(cls.what(), key, known, findings)
-        cls.report_missing(data, findings)
-        block = handler({str(key): value for key, value in data.items() if key in known})
-        block._mapping, block._further = data, further
+        block = handler({str(key): value for key, value in mapping.items() if key in known})
+        block._mapping, block._further = mapping, further
         return block
 
     @classmethod
-    def report_missing(cls, data: Mapping, findings: Findings) -> None:
+    def sort_keys(cls, data: Mapping, findings: Findings) -> tuple[Mapping, Mapping]:
+        """The mapping with misspelt keys put right, and the keys that are not the language's.
+
+        A misspelt key is reported and then read as the one that it is nearest to, so that one slip is one finding.
+        """
+        known = cls.keys_known()
+        absent = [name for name in known if name not in data and name not in data.holes]
+        mapping, further = Mapping(data.span), Mapping(data.span)
+        mapping.holes = set(data.holes)
+        for key, value in data.items():
+            if key in known:
+                mapping[key] = value
+                continue
+            if key.startswith("x-"):
+                continue
+            near = nearest(key, absent)
+            if cls.open_keys and near not in (*cls.required, *cls.one_of):
+                further[key] = value
+                continue
+            report_unknown_key(cls.what(), key, absent if near else known, findings)
+            if near is None:
+                further[key] = value
+            else:
+                absent.remove(near)
+                mapping[Text(near, key.span)] = value
+        return mapping, further
+
+    @classmethod
+    def report_missing(cls, mapping: Mapping, data: Mapping, findings: Findings) -> None:
         """Report required keys that are not there, and rival keys that are there together."""
-        there = [name for name in cls.one_of if name in data or name in data.holes]
+        there = [name for name in cls.one_of if name in mapping or name in mapping.holes]
         for name in cls.required:
-            if name not in data and name not in data.holes:
-                findings.report("missing-key", f"a {cls.what()} needs `{name}`", first_line(data), f"`{name}` is missing")
+            if name not in mapping and name not in mapping.holes:
+                findings.report("missing-key", f"a {cls.what()} needs `{name}`", head_of(data), f"`{name}` is missing")
         if cls.one_of and not there:
             listed = ", ".join(f"`{name}`" for name in cls.one_of)
-            findings.report("missing-key", f"a {cls.what()} needs one of {listed}", first_line(data), "none is here")
+            findings.report("missing-key", f"a {cls.what()} needs one of {listed}", head_of(data), "none is here")
         for rival in there[1:]:
-            report_conflict(data, there[0], rival, findings)
+            report_conflict(mapping, there[0], rival, findings)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> Json:
@@ -150,17 +173,23 @@ def spelled_out(key: str, node: Any) -> Mapping:
     return mapping
 
 
-def report_unknown_key(what: str, key: Text, known: tuple[str, ...], findings: Findings) -> None:
+def head_of(mapping: Mapping) -> Span:
+    """Where one looks for a mapping: its first key."""
+    return next(iter(mapping)).span if mapping else mapping.span
+
+
+def report_unknown_key(what: str, key: Text, known: Iterable[str], findings: Findings) -> None:
     """Report a key that is not of the language here."""
     findings.report("unknown-key", f"a {what} has no key `{key}`", key.span, "unknown key", did_you_mean(key, known))
 
 
 def report_conflict(data: Mapping, first: str, second: str, findings: Findings) -> None:
     """Report two keys that exclude each other."""
-    one, two = data.key(first), data.key(second)
-    if one is not None and two is not None:
-        related = (Related(f"beside `{first}`", one.span),)
-        findings.report("conflicting-keys", f"`{first}` and `{second}` exclude each other", two.span, "", None, related)
+    keys = [key for key in (data.key(first), data.key(second)) if key is not None]
+    if len(keys) == 2:
+        one, two = sorted(keys, key=lambda key: key.span.start)
+        related = (Related(f"beside `{one}`", one.span),)
+        findings.report("conflicting-keys", f"`{one}` and `{two}` exclude each other", two.span, "", None, related)
 
 
 def container_check(wanted: str, kind: type[Mapping] | type[Sequence], keys: Test | None = None) -> BeforeValidator:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag
 
+from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Mapping
 from gesturec.language.schema import leaves
 from gesturec.language.schema.block import Block, ByPath, Listed, Named
@@ -134,18 +135,16 @@ class FrameEntry(Block):
     """How it is turned there."""
 
 
+ENTRY_KINDS = ("joint", "token")
+
+
 def entry_kind(node: Any) -> str:
     """Which kind of chain entry a mapping is."""
-    if isinstance(node, Mapping):
-        return next((kind for kind in ("joint", "token") if kind in node), near_kind(node))
-    return "frame"
-
-
-def near_kind(node: Mapping) -> str:
-    """The kind of an entry whose own key is misspelt: a joint where it has a joint's keys."""
-    frame, joint = set(FrameEntry.keys_known()), set(JointEntry.keys_known())
-    further = set(node) - frame
-    return "joint" if further & (joint - set(TokenEntry.keys_known())) else "frame"
+    if not isinstance(node, Mapping):
+        return "frame"
+    known = next((kind for kind in ENTRY_KINDS if kind in node), None)
+    near = (nearest(key, ENTRY_KINDS) for key in node if key not in FrameEntry.keys_known())
+    return known or next((kind for kind in near if kind is not None), "frame")
 
 
 Entry = Annotated[
