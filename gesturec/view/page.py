@@ -32,7 +32,7 @@ def render_page(artifact: Artifact, decoding: Decoding, title: str, up: str | No
     title
         What the page is called; usually the recording's name.
     up
-        The world's upward axis (`y`, `-z`); None where it is not known, and the body's limbs then point up.
+        The world's upward axis (`y`, `-z`); None is what the decoding knew of it, and a guess where that is nothing.
     """
     style, script = _asset("page.css"), _script()
     page = _asset("page.html")

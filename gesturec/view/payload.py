@@ -63,8 +63,8 @@ _AXES: Final = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0)
 
 
 def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | None = None) -> dict[str, Any]:
-    """Everything that the page shows; `up` is the world's upward axis as recordings have it (`y`, `-z`)."""
-    up = up or binding_up(artifact, decoding)
+    """Everything that the page shows; `up` is the world's upward axis (`y`, `-z`), by default what decoding knew."""
+    up = up or decoding.report.get("up")
     skeleton = build_skeleton(artifact)
     every = _thinning(len(decoding.time), len(skeleton.node_segment) + len(artifact.manifest.tokens))
     frames = np.arange(0, len(decoding.time), every)
@@ -85,12 +85,6 @@ def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | N
         "events": [event._asdict() for event in decoding.events],
         "poses": _poses(artifact, decoding, frames),
     }
-
-
-def binding_up(artifact: Artifact, decoding: Decoding) -> str | None:
-    """The upward axis that the binding declares with which the take was decoded."""
-    chosen = [binding for binding in artifact.manifest.bindings if binding["name"] == decoding.report.get("binding")]
-    return chosen[0].get("up") if chosen else None
 
 
 def _thinning(n_frame: int, n_point: int) -> int:
