@@ -14,7 +14,9 @@ names = st.builds(tree.Name, WORDS, st.just(NOWHERE))
 paths = st.builds(
     tree.Path, st.lists(names, min_size=1, max_size=3).map(tuple), st.just(NOWHERE), parameter=st.booleans()
 )
-plain_paths = st.builds(tree.Path, st.lists(names, min_size=1, max_size=3).map(tuple), st.just(NOWHERE))
+plain_paths = st.builds(
+    tree.Path, st.lists(names, min_size=1, max_size=3).map(tuple), st.just(NOWHERE), parameter=st.just(False)
+)
 numbers = st.builds(
     tree.Number,
     st.one_of(st.integers(0, 10**6).map(float), st.floats(0, 1e300)),
