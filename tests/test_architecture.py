@@ -28,6 +28,7 @@ ORDER = (
     "score",
     "simulate",
     "modeltests",
+    "modeltests",
     "scaffold",
     "view",
     "cli",

@@ -36,9 +36,7 @@ COMMANDS: Final = {
 }
 """Every command that is built, and what it does; its module is `gesturec.cli.<name>_command`."""
 
-NOT_BUILT: Final = (
-    "analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin",
-)  # fmt: skip
+NOT_BUILT: Final = ("analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin")
 """Commands of the interface that are not built yet; refused by name."""
 
 

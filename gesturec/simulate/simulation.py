@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.artifact.artifact import Artifact
+from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.diagnostics.errors import InputError, LimitError
 from gesturec.recordings.recording import Recording
@@ -82,9 +82,8 @@ def simulate(artifact: Artifact, options: SimulateOptions, rig: Rig | None = Non
     """
     time = _times(options)
     random = np.random.default_rng(options.seed)
-    keys = _path_keys(artifact, options.path) if options.path else _random_keys(artifact, options.duration, random)
     chain = chain_of(artifact.columns)
-    angles = complete_angles(chain, through_keys(keys, time, options.duration))
+    angles = complete_angles(chain, _curves(artifact, options, time, random))
     names, body = _measured_tokens(artifact, token_positions(chain, angles))
     origin = np.zeros(3) if rig is None else _where_cameras_look(rig) - body.reshape(-1, 3).mean(axis=0)
     points = body + origin
@@ -107,6 +106,32 @@ def _times(options: SimulateOptions) -> Array:
             f"the take has {count:,.0f} frames, and at most {MAX_FRAMES:,} are simulated (--duration, --rate)"
         )
     return frame_times(options.duration, options.rate)
+
+
+def _curves(artifact: Artifact, options: SimulateOptions, time: Array, random: np.random.Generator) -> Array:
+    """Values of the free joints in every frame (n_frame, n_joint)."""
+    if options.path:
+        return through_keys(_path_keys(artifact, options.path), time, options.duration)
+    keys = _random_keys(artifact, options.duration, random)
+    curves = through_keys(keys, time, options.duration)
+    pace = random.uniform()
+    for tables in artifact.machines():
+        if tables.kind == "cycle":
+            curves[:, tables.joints] = round_the_cycle(tables, keys[-1], time, pace)
+    return curves
+
+
+def round_the_cycle(tables: MachineTables, start: Array, time: Array, pace: float) -> Array:
+    """Joint values (n_frame, n_joint) of a machine that goes round from its state at `start` (n_joint of the body,).
+
+    `pace` is 0 for the longest period and 1 for the shortest; between two samples values are interpolated.
+    """
+    on_cycle = np.flatnonzero(~np.isnan(tables.at))
+    at, angle = tables.at[on_cycle], tables.angle[on_cycle]
+    begin = at[np.argmin(np.square(angle - start[tables.joints]).sum(axis=1))]
+    period = tables.longest + pace * (tables.shortest - tables.longest)
+    place = (begin + time / period) % 1.0
+    return np.column_stack([np.interp(place, at, values, period=1.0) for values in angle.T])
 
 
 def _path_keys(artifact: Artifact, path: tuple[str, ...]) -> Array:
