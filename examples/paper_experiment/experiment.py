@@ -15,6 +15,7 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
@@ -198,7 +199,7 @@ def figure1(artifact: Any) -> str:
     place = (place - (place[:, 0].min(), place[:, 1].max())) / np.ptp(place, axis=0).max() * (680, -680) + (60, 60)
     path = fist_path(artifact)
     lines = [arc(place[shown.index(a)], place[shown.index(b)], "1 4") for a, b in neighbours(tables, shown)]
-    lines += [arc(place[shown.index(a)], place[shown.index(b)], None) for a, b in zip(path, path[1:], strict=False)]
+    lines += [arc(place[shown.index(a)], place[shown.index(b)], None) for a, b in pairwise(path)]
     dots = [node(place[i], tables.state_names[state], state in path) for i, state in enumerate(shown)]
     return svg(
         800,
