@@ -23,6 +23,7 @@ ORDER = (
     "model",
     "compile",
     "dump",
+    "provenance",
     "runtime",
     "recordings",
     "score",
