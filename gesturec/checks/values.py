@@ -11,6 +11,7 @@ from gesturec.checks.environment import Environment
 from gesturec.checks.rotations import Vector
 from gesturec.language.document import Node, Sequence, Text
 from gesturec.language.expressions import constant
+from gesturec.language.expressions.scope import Words
 from gesturec.language.expressions.units import PURE, Kind
 from gesturec.language.schema.leaf import is_passed, wrong_kind
 
@@ -32,8 +33,19 @@ def whole(node: Node, environment: Environment) -> tuple[Node | None, Environmen
     return None, environment
 
 
+def is_argument(node: Node | None, environment: Environment) -> bool:
+    """Whether a node is `$name` of an argument, whose faults are where the limb gives it."""
+    if not is_passed(node) or environment.outer is None:
+        return False
+    assert isinstance(node, Text)
+    given = environment.given.get(node[1:])
+    return given is not None and not isinstance(given.value, Words)
+
+
 def number(node: Node | None, environment: Environment, kind: Kind) -> float | None:
     """A number of a kind."""
+    if node is not None and is_argument(node, environment):
+        node, environment = whole(node, environment)
     if node is None:
         return None
     if not isinstance(node, Text):

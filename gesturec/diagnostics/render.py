@@ -70,7 +70,8 @@ def draw_marks(marks: Sequence[Mark], gutter: int) -> list[str]:
         drawn = draw_mark(mark, gutter)
         if last is not None and line > last + 1:
             lines.append("...")
-        lines.extend(drawn[1:] if line == last else drawn)
+        is_whole = len(mark.span.source.line_text(line)) <= SHOWN_COLUMNS
+        lines.extend(drawn[1:] if line == last and is_whole else drawn)
         last = line
     return lines
 

@@ -175,11 +175,11 @@ class Reader:
             value = self.node(next(self.events), depth + 1)
             height = max(height, self.height + 1)
             last = [value]
-            self.put(mapping, key, value)
+            self.put(mapping, key, value, bool(start.flow_style))
         mapping.span = Span(self.source, start.start_mark.index, self.end(start, event, last))
         return mapping, height
 
-    def put(self, mapping: Mapping, key: Node, value: Node) -> None:
+    def put(self, mapping: Mapping, key: Node, value: Node, is_flow: bool) -> None:
         """Take a pair into a mapping, unless it is one that the language refuses."""
         if not isinstance(key, Text):
             self.findings.add(Diagnostic("wrong-kind", "a key is a list or a mapping; a key is a text", key.span))
@@ -191,7 +191,8 @@ class Reader:
         elif is_null(key):
             self.findings.add(Diagnostic("null-value", "a key is empty", shown(key.span)))
         elif is_null(value):
-            self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value"))
+            help = "a text with a comma in `{…}` is put in quotes" if is_flow else None
+            self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
             mapping.holes.add(str(key))
         else:
             mapping[key] = value
