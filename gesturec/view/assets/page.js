@@ -51,7 +51,7 @@ const drawers = [];
 function candidates(machine, frame) {
   const width = machine.candidate.length / Math.max(1, frameCount), found = [];
   for (let k = frame * width; k < (frame + 1) * width; k++) {
-    if (machine.candidate[k] >= 0) found.push([machine.candidate[k], machine.probability[k] / 255]);
+    if (machine.candidate[k] >= 0) found.push([machine.candidate[k], Math.max(machine.probability[k], 0.3) / 255]);
   }
   return found;
 }
