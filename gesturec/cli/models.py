@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 SOURCES = (".yaml", ".yml")
 COMPILED = ".gcm"
+RECORDINGS = (".csv", ".npz", ".jsonl")
 
 
 def add_model_options(parser: ArgumentParser) -> None:
@@ -43,6 +44,8 @@ def is_model(text: str) -> bool:
 def model_path(text: str) -> Path:
     """The file of a model argument: a path, or a shipped name where no file is called so."""
     path = Path(text)
+    if path.suffix in RECORDINGS:
+        raise UsageError(f"{text} is a recording, and a model is asked for here (.yaml, .gcm, or a shipped name)")
     if path.suffix in (*SOURCES, COMPILED) or path.exists():
         return path
     if text in shipped_models():
@@ -77,7 +80,10 @@ def compile_source(text: str, options: Namespace) -> Model:
 def source_of(text: str) -> Any:
     """What the compiler reads: a path as the user wrote it, or the text of standard input."""
     if text != "-":
-        return model_path(text)
+        path = model_path(text)
+        if path.suffix == COMPILED:
+            raise UsageError(f"{text} is compiled already, and the model's source is asked for here")
+        return path
     from gesturec.diagnostics.source import Source
 
     try:

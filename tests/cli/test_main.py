@@ -63,6 +63,8 @@ def test_every_command_has_its_module_and_its_help(capsys: Capture) -> None:
         (["simulate", "hand", "--random", "--path", "fist", "-o", "a.csv"], "not allowed with"),
         (["compile", "hand", "-o", "a.gcm", "--set", "side"], "name=value"),
         (["graph", "hand", "-o", "a.png"], "`.png`"),
+        (["compile", "hand.gcm", "-o", "a.gcm"], "compiled already"),
+        (["check", "take.csv"], "is a recording"),
     ],
 )
 def test_wrong_usage_is_exit_code_2_and_one_message(
