@@ -31,6 +31,7 @@ COMMANDS: Final = {
     "decode": "recordings to states",
     "score": "agreement with truth or a human coder",
     "test": "the tests in a model's own file",
+    "origin": "where a model's effective values come from",
     "schema": "the language's JSON Schema",
     "explain": "the page of a rule",
 }
