@@ -37,7 +37,7 @@ COMMANDS: Final = {
 }
 """Every command that is built, and what it does; its module is `gesturec.cli.<name>_command`."""
 
-NOT_BUILT: Final = ("analyze", "fit", "encode", "reconstruct", "view", "serve", "emit", "origin")
+NOT_BUILT: Final = ("analyze", "fit", "encode", "reconstruct", "view", "serve", "emit")
 """Commands of the interface that are not built yet; refused by name."""
 
 
