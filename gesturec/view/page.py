@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
     from gesturec.runtime.step import Decoding
 
-SCRIPTS: Final = ("page.js", "scene.js", "graph.js", "ribbon.js", "why.js")
+SCRIPTS: Final = ("page.js", "space.js", "paint.js", "scene.js", "graph.js", "ribbon.js", "why.js")
 
 
 def render_page(artifact: Artifact, decoding: Decoding, title: str, up: str | None = None) -> str:

@@ -86,6 +86,29 @@ def test_the_canvas_shows_a_body_that_moves(hand: Artifact, make_take: Any, open
     assert page.run(ink) != first
 
 
+def test_the_pointer_is_told_which_token_it_is_on(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 40), "walk"))
+    box = page.run("(() => { const b = canvas.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()")
+    told = set()
+    for step in range(1, 60):
+        x, y = box[0] + box[2] / 2, box[1] + box[3] * step / 60
+        page.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        told.add(page.run("document.getElementById('canvas').title").split(",")[0])
+    assert told & set(hand.manifest.tokens)
+    assert told <= {"", *hand.manifest.tokens}
+
+
+def test_dragging_turns_the_body_and_reset_turns_it_back(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 40), "walk"))
+    ink = "document.getElementById('canvas').toDataURL()"
+    first = page.run(ink)
+    for kind, x in (("mousePressed", 200), ("mouseMoved", 300), ("mouseReleased", 300)):
+        page.send("Input.dispatchMouseEvent", type=kind, x=x, y=250, button="left", buttons=1)
+    assert page.run(ink) != first
+    page.run("document.getElementById('reset').click()")
+    assert page.run(ink) == first
+
+
 @pytest.mark.parametrize("count", [0, 1])
 def test_a_take_of_no_or_one_frame_opens(hand: Artifact, make_take: Any, opened: Any, count: int) -> None:
     page = opened(render_page(hand, make_take(hand, count), "short"))

@@ -1,5 +1,5 @@
 // The page's own state and controls: what is shown (`view`), and who is told when it changes.
-// Reads the payload that view/payload.py documents; scene.js, graph.js, ribbon.js and why.js each draw one part.
+// Reads the payload that view/payload.py documents; the other files each draw one part.
 
 const TYPES = {u1: Uint8Array, u2: Uint16Array, i2: Int16Array, i4: Int32Array, f4: Float32Array, f8: Float64Array};
 const UNKNOWN = -32768;
