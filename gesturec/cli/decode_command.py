@@ -30,15 +30,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--bind", metavar="NAME|MAP.yaml", help="whose names the points have (default: the one that fits)"
     )
-    parser.add_argument(
-        "--decoder", default="nearest", metavar="NAME", help="nearest, viterbi, forward or fuzzy (default: nearest)"
-    )
+    parser.add_argument("--decoder", metavar="NAME", help="nearest, viterbi, forward or fuzzy")
     parser.add_argument(
         "--noise", type=positive_length, metavar="LENGTH", help="noise of a point, like 2mm (default: estimated)"
     )
-    parser.add_argument(
-        "--lag", type=lag, default=0.0, metavar="TIME", help="how long a decision may wait, or `offline` (default: 0s)"
-    )
+    parser.add_argument("--lag", type=lag, metavar="TIME", help="how long a decision may wait, or `offline`")
     parser.add_argument(
         "--scale", type=scale, metavar="auto|X", help="size of the body over the model's (default: auto)"
     )
@@ -72,13 +68,14 @@ def session_options(options: Namespace) -> dict[str, Any]:
         bind = load_plain_yaml(bind)
         if not isinstance(bind, dict):
             raise UsageError(f"{options.bind} is not a binding: a mapping of our tokens to their names")
-    session = {
+    told = {
         "bind": bind,
         "decoder": options.decoder,
         "noise": options.noise,
         "lag": options.lag,
         "scale": options.scale,
     }
+    session = {name: value for name, value in told.items() if value is not None}
     try:
         Options(**session)
     except ValueError as error:
