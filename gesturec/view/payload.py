@@ -44,7 +44,7 @@ from gesturec.view.skeleton import Skeleton, build_skeleton, node_positions
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact, MachineTables
-    from gesturec.runtime.step import Decoding
+    from gesturec.runtime.step import Decoding, GestureEvent
 
 Floats = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | N
         "body": _body(skeleton, nodes),
         "tokens": _tokens(artifact, skeleton, decoding, frames),
         "machines": [_machine(artifact, decoding, frames, machine) for machine in range(artifact.n_machine)],
-        "events": [event._asdict() for event in decoding.events],
+        "events": [_event(event) for event in decoding.events],
         "poses": _poses(artifact, decoding, frames),
     }
 
@@ -243,6 +243,12 @@ def _graph(graph: GraphLayout, tables: MachineTables) -> dict[str, Any]:
 
 def _successors(tables: MachineTables) -> dict[str, Packed]:
     return {"start": pack(tables.transition_start, "i4"), "target": pack(tables.transition_target, "i4")}
+
+
+def _event(event: GestureEvent) -> dict[str, Any]:
+    """An event with null for what is not known."""
+    told = event._asdict().items()
+    return {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in told}
 
 
 def _poses(artifact: Artifact, decoding: Decoding, frames: NDArray[np.int64]) -> list[dict[str, Any]]:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gesturec.artifact.artifact import Artifact
+from gesturec.runtime.step import GestureEvent
+from gesturec.view import payload
 from gesturec.view.packing import UNKNOWN, pack, pack_points
 from gesturec.view.payload import drawn_angles, page_payload
 
@@ -72,3 +76,15 @@ def test_the_header_counts_what_the_arrays_say(hand: Artifact, make_take: Any) -
     assert "20 frames @ 25 Hz" in facts
     assert "75 % decided" in facts
     assert f"{len(hand.manifest.tokens)} tokens, 10 % hidden" in facts
+
+
+def test_every_key_of_the_payload_is_documented(hand: Artifact, make_take: Any) -> None:
+    told = re.findall(r"^(\w[\w, ]*?)  +\S", str(payload.__doc__).split("=\n", 2)[2], re.M)
+    names = {name for entry in told for name in entry.split(", ")}
+    assert set(page_payload(hand, make_take(hand, 3), "t")) == names
+
+
+def test_an_event_of_unknown_confidence_is_null(hand: Artifact, make_take: Any) -> None:
+    take = dataclasses.replace(make_take(hand, 12), events=(GestureEvent("grab", 0.1, None, 0.2, float("nan")),))
+    event = page_payload(hand, take, "t")["events"][0]
+    assert (event["end"], event["confidence"]) == (None, None)

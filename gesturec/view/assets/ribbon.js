@@ -87,11 +87,14 @@ function frameAt(time) {
   return frameCount - 1;
 }
 
+const seconds = (time, without) => time === null ? without : `${time.toFixed(2)} s`;
+
 function eventSpans() {
   return data.events.map((event) => {
-    const start = frameAt(event.start), end = event.end === null ? frameCount : Math.max(start + 1, frameAt(event.end) + 1);
+    const start = event.start === null ? 0 : frameAt(event.start), end = event.end === null ? frameCount : Math.max(start + 1, frameAt(event.end) + 1);
     const sure = event.confidence === null ? "" : `, confidence ${percent(event.confidence)}`;
-    return {start, end, text: event.name, fill: "#8fc79f", title: `${event.name}: ${event.start.toFixed(2)} s to ${event.end === null ? "the end" : `${event.end.toFixed(2)} s`}, decided at ${event.decided.toFixed(2)} s${sure}`};
+    const title = `${event.name}: ${seconds(event.start, "the start")} to ${seconds(event.end, "the end")}, decided at ${seconds(event.decided, "an unknown time")}${sure}`;
+    return {start, end, text: event.name, fill: "#8fc79f", title};
   });
 }
 
