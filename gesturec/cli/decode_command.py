@@ -89,7 +89,7 @@ def check_binding(artifact: Artifact, session: dict[str, Any]) -> None:
 
     try:
         Session(artifact, **session)
-    except ValueError as error:
+    except (ValueError, TypeError) as error:  # a binding from a file may hold anything
         raise UsageError(str(error)) from error
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 SOURCES = (".yaml", ".yml")
 COMPILED = ".gcm"
-RECORDINGS = (".csv", ".npz", ".jsonl")
+RECORDINGS = (".csv", ".npz", ".jsonl", ".trc")
 
 
 def add_model_options(parser: ArgumentParser) -> None:

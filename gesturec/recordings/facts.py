@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.recordings.recording import Recording
-from gesturec.recordings.wide_csv import median_rate
+from gesturec.recordings.text import median_rate
 
 Array = NDArray[np.float64]
 

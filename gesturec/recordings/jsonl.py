@@ -18,8 +18,8 @@ from gesturec.diagnostics.errors import InputError
 from gesturec.recordings.limits import MAX_LINE, MAX_POINTS, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
+from gesturec.recordings.text import length_scale, median_rate
 from gesturec.recordings.units import axis_or_none
-from gesturec.recordings.wide_csv import length_scale, median_rate
 
 Point = tuple[float, float, float]
 

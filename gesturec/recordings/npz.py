@@ -20,8 +20,8 @@ from gesturec.diagnostics.errors import InputError, LimitError
 from gesturec.recordings.limits import MAX_COVARIANCE_RATIO, MAX_POINTS, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
+from gesturec.recordings.text import length_scale, median_rate
 from gesturec.recordings.units import axis_or_none
-from gesturec.recordings.wide_csv import length_scale, median_rate
 
 MAX_HEADER: Final = 10_000
 """Bytes of one array's header; NumPy's own limit."""

@@ -1,7 +1,7 @@
 """Any recording by its suffix: a path in, a `Recording` in metres and seconds out.
 
-`.csv` wide table, `.npz` arrays, `.jsonl` one object a frame, a folder of labelled pixels with its rig; `-` is a
-wide table on standard input. Formats that are known but not read yet are refused by name.
+`.csv` wide table, `.npz` arrays, `.jsonl` one object a frame, `.trc` marker files, a folder of labelled pixels with
+its rig; `-` is a wide table on standard input. Formats that are known but not read yet are refused by name.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ READERS: Final = {
     ".csv": "gesturec.recordings.wide_csv:load_csv",
     ".npz": "gesturec.recordings.npz:load_npz",
     ".jsonl": "gesturec.recordings.jsonl:load_jsonl",
+    ".trc": "gesturec.recordings.trc:load_trc",
 }
 """Suffix -> module:function. A new format is a line here and a file beside this one."""
 
 NOT_BUILT: Final = {
-    ".trc": "OpenSim marker trajectories",
     ".c3d": "C3D files",
     ".bvh": "BVH motion",
     ".mot": "OpenSim motion",

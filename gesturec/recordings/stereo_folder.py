@@ -18,7 +18,8 @@ from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.rig import Rig, load_rig
 from gesturec.recordings.stereo import triangulate
-from gesturec.recordings.wide_csv import median_rate, read_table
+from gesturec.recordings.text import median_rate
+from gesturec.recordings.wide_csv import read_table
 
 SAME_TIME: Final = 0.25
 """Frames of two cameras closer than this share of the frame period are one frame."""

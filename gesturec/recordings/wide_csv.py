@@ -17,10 +17,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.diagnostics.errors import InputError
-from gesturec.recordings.limits import MAX_LINE, MAX_POINTS, check_values
+from gesturec.recordings.limits import MAX_POINTS, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
-from gesturec.recordings.units import axis_or_none, metres_per
+from gesturec.recordings.text import (
+    check_seen,
+    check_times,
+    length_scale,
+    median_rate,
+    parse_cell,
+    parse_number,
+    read_lines,
+)
+from gesturec.recordings.units import axis_or_none
 
 CHUNK_ROWS: Final = 4096
 IGNORED_COLUMNS: Final = ("frame", "score", "status")
@@ -74,7 +83,7 @@ def read_table(
 ) -> tuple[Preamble, Layout, NDArray[np.float64], NDArray[np.float64]]:
     """Preamble, layout, time (n_frame,) and values (n_frame, n_point, n_axis) of a wide table."""
     try:
-        lines = _lines(stream, path)
+        lines = read_lines(stream, path)
         preamble, header = _read_preamble(lines, path)
         layout = _layout(next(csv.reader([header], strict=True)), path, preamble.lines + 1, axes)
         preamble.notes.extend(f"column `{name}` is no point and was ignored" for name in layout.ignored)
@@ -84,42 +93,6 @@ def read_table(
     except csv.Error as error:
         raise InputError(f"not a CSV table: {error}", path) from error
     return preamble, layout, time, values.reshape(len(time), len(layout.names), len(axes))
-
-
-def length_scale(stated: str | None, told: str | None, path: str, notes: list[str]) -> float:
-    """Metres per unit of a file: what the user told, else what the file states, else 1."""
-    if told is not None:
-        if stated is not None and metres_per(stated) != metres_per(told):
-            notes.append(f"the file states `{stated}`; `{told}` was told and taken")
-        scale = metres_per(told)
-        assert scale is not None  # read() has refused every other
-        return scale
-    if stated is None:
-        return 1.0
-    scale = metres_per(stated)
-    if scale is None:
-        notes.append(f"the file's unit, `{stated}`, is no length; taken as metres")
-        return 1.0
-    return scale
-
-
-def median_rate(time: NDArray[np.float64]) -> float | None:
-    """Frames a second by the median of the rising steps of `time`; None where there are none.
-
-    >>> round(median_rate(np.array([0.0, 0.1, 0.2, 0.2, 0.3])))
-    10
-    """
-    dt = np.diff(time)
-    dt = dt[np.isfinite(dt) & (dt > 0)]
-    return float(1 / np.median(dt)) if len(dt) else None
-
-
-def _lines(stream: TextIO, path: str) -> Iterator[str]:
-    """Lines of a text, none longer than the limit."""
-    while line := stream.readline(MAX_LINE):
-        if len(line) >= MAX_LINE:
-            raise InputError(f"a line is longer than {MAX_LINE:,} characters", path)
-        yield line
 
 
 def _read_preamble(lines: Iterator[str], path: str) -> tuple[Preamble, str]:
@@ -145,7 +118,7 @@ def _take_fact(preamble: Preamble, key: str, value: str, path: str) -> None:
         if preamble.up is None:
             raise InputError(f"`up` must be x, y, z, -x, -y or -z, not `{value}`", path, preamble.lines)
     elif key == "rate":
-        rate = _number(value)
+        rate = parse_number(value)
         if rate is None or not 0 < rate < np.inf:
             raise InputError(f"`rate` must be a positive number, not `{value}`", path, preamble.lines)
         preamble.rate = rate
@@ -203,24 +176,14 @@ def _read_rows(
         check_values(count, path, max_values)
         table = np.array([_numbers(cells, layout, path, row) for row, cells in numbered], dtype=np.float64)
         table = table.reshape(len(numbered), len(layout.needed))
-        _check_seen(table, layout, path, [row for row, _ in numbered])
+        points = table[:, 1:].reshape(len(table), len(layout.names), -1)
+        check_times(table[:, 0], path, [row for row, _ in numbered])
+        check_seen(points, layout.names, path, [row for row, _ in numbered])
         chunks.append(table)
     values = np.concatenate(chunks) if chunks else np.empty((0, 1))
     if not len(values):
         raise InputError("the table has a header and no frames", path, first)
     return values[:, 0].copy(), values[:, 1:]
-
-
-def _check_seen(table: NDArray[np.float64], layout: Layout, path: str, rows: list[int]) -> None:
-    """Numbers are finite, and a point is seen as a whole or not at all."""
-    if np.isinf(table).any():
-        raise InputError("a number is infinite", path, rows[int(np.argwhere(np.isinf(table))[0, 0])])
-    missing = np.isnan(table[:, 1:]).reshape(len(table), len(layout.names), -1)
-    partial = missing.any(axis=2) & ~missing.all(axis=2)
-    if partial.any():
-        row, point = np.argwhere(partial)[0]
-        message = f"the point `{layout.names[point]}` has some of its coordinates and not others"
-        raise InputError(message, path, rows[int(row)])
 
 
 def _numbers(cells: list[str], layout: Layout, path: str, row: int) -> list[float]:
@@ -235,25 +198,7 @@ def _numbers(cells: list[str], layout: Layout, path: str, row: int) -> list[floa
             return [float(cell) if cell else np.nan for cell in wanted]
         except ValueError:
             pass
-    return [_cell(cell, path, row) for cell in wanted]
-
-
-def _cell(text: str, path: str, row: int) -> float:
-    """One cell that may be blank; anything else that is no number is located."""
-    if not text.strip():
-        return np.nan
-    number = _number(text)
-    if number is None:
-        raise InputError(f"`{text[:40]}` is not a number", path, row)
-    return number
-
-
-def _number(text: str) -> float | None:
-    """A number, or None."""
-    try:
-        return None if "_" in text else float(text)
-    except ValueError:
-        return None
+    return [parse_cell(cell, path, row) for cell in wanted]
 
 
 def write_csv(recording: Recording, stream: TextIO) -> None:

@@ -73,6 +73,7 @@ def test_spellings_of_one_table(tmp_path: Path, text: str) -> None:
         ("time,a.x,a.y,a.z\n0,1,2,3\n1,1,two,3\n", 3, "`two` is not a number"),
         ("time,a.x,a.y,a.z\n0,1,2,3\n\n1,1_0,2,3\n", 4, "`1_0` is not a number"),
         ("time,a.x,a.y,a.z\n0,1,inf,3\n", 2, "infinite"),
+        ("time,a.x,a.y,a.z\n0,1,2,3\n-inf,1,2,3\n", 3, "time is infinite"),
         ("time,a.x,a.y,a.z\n0,1,,3\n", 2, "`a` has some of its coordinates"),
         ("time,a.x,a.y,a.z\n,1,2,3\n", 2, "no time"),
         ("# rate: fast\ntime,a.x,a.y,a.z\n0,1,2,3\n", 1, "`rate` must be"),

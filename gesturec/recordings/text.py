@@ -1,0 +1,90 @@
+"""What every table of text shares: lines and cells with their errors located, units, rates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.diagnostics.errors import InputError
+from gesturec.recordings.limits import MAX_LINE
+from gesturec.recordings.units import metres_per
+
+
+def read_lines(stream: TextIO, path: str) -> Iterator[str]:
+    """Lines of a text, none longer than the limit."""
+    while line := stream.readline(MAX_LINE):
+        if len(line) >= MAX_LINE:
+            raise InputError(f"a line is longer than {MAX_LINE:,} characters", path)
+        yield line
+
+
+def parse_cell(text: str, path: str, row: int) -> float:
+    """One cell that may be blank; anything else that is no number is located."""
+    if not text.strip():
+        return np.nan
+    number = parse_number(text)
+    if number is None:
+        raise InputError(f"`{text[:40]}` is not a number", path, row)
+    return number
+
+
+def parse_number(text: str) -> float | None:
+    """A number, or None."""
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None
+
+
+def check_times(time: NDArray[np.float64], path: str, rows: Sequence[int]) -> None:
+    """No time is infinite; one that does not rise, or is NaN, is the runtime's to refuse."""
+    if np.isinf(time).any():
+        raise InputError("the time is infinite", path, rows[int(np.argmax(np.isinf(time)))])
+
+
+def check_seen(values: NDArray[np.float64], names: Sequence[str], path: str, rows: Sequence[int]) -> None:
+    """Numbers (n_row, n_point, n_axis) are finite, and a point is seen as a whole or not at all.
+
+    >>> check_seen(np.array([[[1.0, np.nan, 2.0]]]), ["a"], "f.csv", [7])
+    Traceback (most recent call last):
+    gesturec.diagnostics.errors.InputError: f.csv:7: the point `a` has some of its coordinates and not others
+    """
+    if np.isinf(values).any():
+        raise InputError("a number is infinite", path, rows[int(np.argwhere(np.isinf(values))[0, 0])])
+    missing = np.isnan(values)
+    partial = missing.any(axis=2) & ~missing.all(axis=2)
+    if partial.any():
+        row, point = np.argwhere(partial)[0]
+        message = f"the point `{names[point]}` has some of its coordinates and not others"
+        raise InputError(message, path, rows[int(row)])
+
+
+def length_scale(stated: str | None, told: str | None, path: str, notes: list[str]) -> float:
+    """Metres per unit of a file: what the user told, else what the file states, else 1."""
+    if told is not None:
+        if stated is not None and metres_per(stated) != metres_per(told):
+            notes.append(f"the file states `{stated}`; `{told}` was told and taken")
+        scale = metres_per(told)
+        assert scale is not None  # read() has refused every other
+        return scale
+    if stated is None:
+        return 1.0
+    scale = metres_per(stated)
+    if scale is None:
+        notes.append(f"the file's unit, `{stated}`, is no length; taken as metres")
+        return 1.0
+    return scale
+
+
+def median_rate(time: NDArray[np.float64]) -> float | None:
+    """Frames a second by the median of the rising steps of `time`; None where there are none.
+
+    >>> round(median_rate(np.array([0.0, 0.1, 0.2, 0.2, 0.3])))
+    10
+    """
+    dt = np.diff(time)
+    dt = dt[np.isfinite(dt) & (dt > 0)]
+    return float(1 / np.median(dt)) if len(dt) else None
