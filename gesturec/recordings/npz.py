@@ -131,6 +131,8 @@ def _check_shapes(time: NDArray[Any], points: NDArray[Any], names: NDArray[Any],
         raise InputError("`names` must be an array of text", path)
     if not time.size or not names.size or names.size > MAX_POINTS:
         raise InputError(f"{time.size} frames of {names.size} points: there must be some of both", path)
+    if np.isinf(time).any():
+        raise InputError(f"the time of frame {int(np.argmax(np.isinf(time)))} is infinite", path)
     unique, count = np.unique(names, return_counts=True)
     if (count > 1).any():
         raise InputError(f"the point `{unique[count > 1][0]}` stands twice in `names`", path)

@@ -51,6 +51,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ({"names": np.array(["a", "a"])}, "`a` stands twice"),
         ({"names": np.array([1, 2])}, "array of text"),
         ({"names": np.array(["a", {}], dtype=object)}, "neither numbers nor text"),
+        ({"t": np.array([0, 1, np.inf, 3])}, "frame 2 is infinite"),
         ({"rate": np.array(-1.0)}, "`rate` must be"),
         ({"up": np.array("sky")}, "`up` must be"),
         ({"units": np.array([1.0])}, "`units` must be"),
