@@ -17,6 +17,7 @@ ORDER = (
     "diagnostics",
     "artifact",
     "language",
+    "reference",
     "checks",
     "lowering",
     "expansion",
