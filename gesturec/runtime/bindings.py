@@ -10,7 +10,7 @@ Without a choice the model's own names are tried, then the binding that names mo
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -174,7 +174,9 @@ def match_names(wanted: Iterable[str], names: Sequence[str]) -> dict[str, int]:
         for rule, index in zip(_RULES, indexes, strict=True):
             places = index.get(rule(name), [])
             if len(places) > 1:
-                raise ValueError(f"`{name}` could be any of {_some([names[p] for p in places])}: bind one by its full name")
+                raise ValueError(
+                    f"`{name}` could be any of {_some([names[p] for p in places])}: bind one by its full name"
+                )
             if places:
                 found[name] = places[0]
                 break
@@ -185,10 +187,10 @@ def _without_subject(name: str) -> str:
     return name.rsplit(":", 1)[-1].casefold()
 
 
-_RULES: Final = (str, str.casefold, _without_subject)
+_RULES: Final[tuple[Callable[[str], str], ...]] = (str, str.casefold, _without_subject)
 
 
-def _index(names: Sequence[str], rule: Any) -> dict[str, list[int]]:
+def _index(names: Sequence[str], rule: Callable[[str], str]) -> dict[str, list[int]]:
     index: dict[str, list[int]] = {}
     for place, name in enumerate(names):
         index.setdefault(rule(name), []).append(place)

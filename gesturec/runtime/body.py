@@ -65,19 +65,30 @@ def lay_out(artifact: Artifact, period: float) -> Body:
     """The body of an artifact; `period` is a step of machines without a tick."""
     chain = chain_of(artifact.columns)
     middle = np.zeros(chain.n_joint)
-    for tables in artifact.machines():
+    machines = artifact.machines()
+    for tables in machines:
         middle[tables.joints] = tables.angle[0]
     middle = complete_angles(chain, middle)
     positions = token_positions(chain, middle)
     rotation, translation = forward(chain, middle)
     columns = artifact.columns
     root = np.flatnonzero((columns["token_machine"] < 0) & (columns["token_virtual"] == 0))
-    tables = artifact.machines()
     speed = columns["joint_max_speed"]
-    graphs = tuple(machine_graph(t, np.asarray(speed[t.joints]), period) for t in tables)
-    reaches = tuple(levers(t, _base(t, rotation, translation)) for t in tables)
-    start = np.append(columns["machine_state_start"], sum(len(t.state_names) for t in tables))
-    return Body(artifact, chain, root, positions[root], tables, graphs, reaches, start.astype(np.int64), middle, columns["token_noise"])
+    graphs = tuple(machine_graph(t, np.asarray(speed[t.joints]), period) for t in machines)
+    reaches = tuple(levers(t, _base(t, rotation, translation)) for t in machines)
+    start = np.cumsum([0, *[len(t.state_names) for t in machines]])
+    return Body(
+        artifact,
+        chain,
+        root,
+        positions[root],
+        machines,
+        graphs,
+        reaches,
+        start.astype(np.int64),
+        middle,
+        columns["token_noise"],
+    )
 
 
 def _base(tables: MachineTables, rotation: Array, translation: Array) -> Array:

@@ -21,6 +21,7 @@ from gesturec.runtime.reach import Graph, steps_in
 from gesturec.runtime.semiring import Floats, Semiring
 
 Array = NDArray[np.float64]
+AnyIds = NDArray[np.int64] | NDArray[np.int32]
 SAME_INTERVAL: Final = 0.02  # relative: intervals that close share one set of tables
 MOST_TABLES: Final = 64  # sets of tables kept; an uneven recording has a few
 MOST_MOVE: Final = 20_000  # entries of a directed move tensor; larger machines move without directions
@@ -48,7 +49,7 @@ class LatticeChain:
 
     lattice: Lattice
     ring: Semiring
-    motion: MotionParameters = MotionParameters()
+    motion: MotionParameters = field(default_factory=MotionParameters)
     known: dict[int, Tables] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -151,7 +152,7 @@ class GraphChain:
     lattice: Lattice
     ring: Semiring
     graph: Graph
-    motion: MotionParameters = MotionParameters()
+    motion: MotionParameters = field(default_factory=MotionParameters)
 
     def __post_init__(self) -> None:
         weight = np.exp(-self.graph.cost)
@@ -202,7 +203,7 @@ class GraphChain:
         """What says nothing."""
         return Belief(np.ones(self.lattice.n_state, np.float32), np.ones(self.lattice.n_state, np.float32))
 
-    def _wander(self, x: Floats, dt: float, source: NDArray[np.int64], target: NDArray[np.int32]) -> Floats:
+    def _wander(self, x: Floats, dt: float, source: AnyIds, target: AnyIds) -> Floats:
         steps = steps_in(self.graph, dt)
         share = np.float32(1 / (steps + 1)) if self.ring.sums else np.float32(1)
         total = x * share

@@ -34,7 +34,11 @@ class RecordingLike(Protocol):
 
 def decode(artifact: Artifact, recording: RecordingLike, **options: Any) -> Decoding:
     """Decode a recording with a session's options; see `options.Options`."""
-    given = {"names": tuple(recording.names), "up": getattr(recording, "up", None), "rate": getattr(recording, "rate", None)}
+    given = {
+        "names": tuple(recording.names),
+        "up": getattr(recording, "up", None),
+        "rate": getattr(recording, "rate", None),
+    }
     session = Session(artifact, **{**given, **options})
     covariance = getattr(recording, "covariance", None)
     frames = len(recording.time)

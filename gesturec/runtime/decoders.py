@@ -21,7 +21,9 @@ def make_decoders(body: Body, options: Options) -> tuple[Decoder, ...]:
     ring = SEMIRINGS[options.decoder]
     lattices = [machine_lattice(body.artifact, body.chain, tables) for tables in body.machines]
     chains = [_chain(lattice, graph, ring) for lattice, (_, graph, _) in zip(lattices, machines, strict=True)]
-    return tuple(WindowDecoder(tables, chain, lever) for chain, (tables, _, lever) in zip(chains, machines, strict=True))
+    return tuple(
+        WindowDecoder(tables, chain, lever) for chain, (tables, _, lever) in zip(chains, machines, strict=True)
+    )
 
 
 def _chain(lattice: Lattice, graph: Graph, ring: Semiring) -> LatticeChain | GraphChain:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import MachineTables
+from gesturec.runtime.arrays import Array, seen_rows
 from gesturec.runtime.pose import PoseEstimate
 from gesturec.runtime.rotations import skew
 
-Array = NDArray[np.float64]
 PERSONAL: Final = 0.08  # of a limb's length that this person's may differ by before tokens are a misfit
 
 
@@ -59,13 +59,15 @@ def gather_evidence(
 ) -> Evidence | None:
     """Evidence of a machine's tokens; None where none is seen. `shape_square` is variance to allow an axis, m^2."""
     tokens = np.asarray(tables.tokens)
-    seen = np.isfinite(points.measured[tokens]).all(1)
+    seen = seen_rows(points.measured[tokens])
     if not seen.any():
         return None
     arm = points.measured[tokens[seen]] - pose.translation
     turn = (pose.rotation @ frame.rotation).T / np.exp(pose.log_scale)  # world to table, with the size
     position = arm @ turn.T - frame.rotation.T @ frame.translation
-    jacobian = np.concatenate([turn @ skew(arm), np.broadcast_to(-turn, (len(arm), 3, 3)), -(arm @ turn.T)[:, :, None]], -1)
+    jacobian = np.concatenate(
+        [turn @ skew(arm), np.broadcast_to(-turn, (len(arm), 3, 3)), -(arm @ turn.T)[:, :, None]], -1
+    )
     jacobian = jacobian.reshape(-1, 7)
     total = jacobian @ pose.covariance @ jacobian.T
     _add_blocks(total, turn @ points.covariance[tokens[seen]] @ turn.T + shape_square * np.eye(3))

@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gesturec.runtime.arrays import seen_rows
 from gesturec.runtime.body import Body
 from gesturec.runtime.emission import Points
 from gesturec.runtime.locate import NOWHERE, Located, locate
@@ -19,8 +19,6 @@ from gesturec.runtime.pose import PoseEstimate, SizeBelief
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.rigid import fit_rigid
 from gesturec.runtime.tracker import Track, Tracker
-
-Array = NDArray[np.float64]
 
 
 class Memory(NamedTuple):
@@ -45,7 +43,14 @@ class Moment(NamedTuple):
 
 
 def take(
-    body: Body, pose: PoseFilter, tracker: Tracker, memory: Memory, size: SizeBelief, points: Points, frame: int, time: float
+    body: Body,
+    pose: PoseFilter,
+    tracker: Tracker,
+    memory: Memory,
+    size: SizeBelief,
+    points: Points,
+    frame: int,
+    time: float,
 ) -> tuple[Memory, Moment]:
     """Advance by a frame whose points' covariance is NaN where it was not given."""
     dt = time - memory.time if math.isfinite(memory.time) else 0.0
@@ -61,7 +66,7 @@ def take(
 
 def literal_points(moment: Moment) -> Points:
     """The source paper's tokens: smoothed ones, all alike, where they were seen."""
-    seen = np.isfinite(moment.points.measured).all(1)
+    seen = seen_rows(moment.points.measured)
     smoothed = np.where(seen[:, None], moment.track.position, np.nan)
     return moment.points._replace(measured=smoothed, covariance=np.tile(np.eye(3) * 1e-6, (len(seen), 1, 1)))
 
@@ -69,7 +74,7 @@ def literal_points(moment: Moment) -> Points:
 def literal_pose(body: Body, points: Points, size: SizeBelief, last: PoseEstimate | None) -> PoseEstimate | None:
     """The source paper's pose: a rigid fit of this frame's smoothed root tokens, else the last one."""
     root = body.root_tokens
-    seen = np.isfinite(points.measured[root]).all(1)
+    seen = seen_rows(points.measured[root])
     chosen = root[seen]
     fit = fit_rigid(body.root_positions[seen], points.measured[chosen], points.covariance[chosen], size.log_scale)
     if fit is None:

@@ -76,7 +76,9 @@ def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables) -> 
     free = [int(j) for j in tables.joints if artifact.columns["joint_source"][j] == QUANTISED]
     index = np.indices([len(a.low) for a in axes]).reshape(len(axes), -1)
     spreads = {j: Spread(a.low[i], a.high[i], 0.0) for j, a, i in zip(free, axes, index, strict=True)}
-    moments = cell_moments(chain, _with_fixed(artifact, tables, spreads), _followed(chain), list(tables.tokens), tables.parent)
+    moments = cell_moments(
+        chain, _with_fixed(artifact, tables, spreads), _followed(chain), list(tables.tokens), tables.parent
+    )
     volume = np.prod([(a.high - a.low)[i] for a, i in zip(axes, index, strict=True)], axis=0)
     state = _states_of(tables, free, axes, artifact)[tuple(a.level[i] for a, i in zip(axes, index, strict=True))]
     volume = np.where(state >= 0, volume, 0.0)
@@ -88,7 +90,9 @@ def _lattice(
 ) -> Lattice:
     n_cell, n_token = len(mean), mean.shape[1]
     blocks = covariance.reshape(n_cell, n_token, 3, n_token, 3)[:, range(n_token), :, range(n_token), :]
-    spread = np.linalg.eigvalsh(np.swapaxes(blocks, 0, 1))[..., -1] if n_token else np.zeros((n_cell, 0))
+    spread = np.zeros((n_cell, n_token))
+    if n_token:
+        spread[:] = np.linalg.eigvalsh(np.swapaxes(blocks, 0, 1))[..., -1]
     cloud = mean.reshape(-1, 3)
     reach = float(np.linalg.norm(cloud - cloud.mean(0), axis=1).max()) if len(cloud) else 1.0
     return Lattice(axes, state, volume, mean.reshape(n_cell, -1), covariance, spread, max(reach, 1e-6), n_state)
@@ -98,14 +102,18 @@ def _axes(artifact: Artifact, tables: MachineTables) -> tuple[Axis, ...]:
     """The free joints' parts; empty where the machine is no plain grid."""
     columns = artifact.columns
     source = columns["joint_source"][tables.joints]
-    plain = tables.kind == "grid" and tables.step in ("adjacent", "any") and np.isin(source, (QUANTISED, COUPLED, FIXED)).all()
+    plain = (
+        tables.kind == "grid"
+        and tables.step in ("adjacent", "any")
+        and np.isin(source, (QUANTISED, COUPLED, FIXED)).all()
+    )
     if not plain or not _is_product(tables, columns["joint_source"]):
         return ()
     return tuple(_axis(artifact, int(j)) for j in tables.joints[source == QUANTISED])
 
 
 def _is_product(tables: MachineTables, source: NDArray[np.int32]) -> bool:
-    """Whether every step between present states is free that `step` alone allows: no rule has added, removed or priced one."""
+    """Whether the steps are just those that `step` allows: no rule has added, removed or priced one."""
     if tables.transition_cost.any():
         return False
     level = _levels(tables, source)
@@ -161,6 +169,12 @@ def _followed(chain: Chain) -> dict[int, list[int]]:
     """Joints that each coupled joint follows, from its program."""
     coupled = np.flatnonzero(chain.joint_source == COUPLED)
     return {
-        int(j): sorted({argument for name, argument, _ in chain.programs.operations(int(chain.joint_program[j])) if name == "joint"})
+        int(j): sorted(
+            {
+                argument
+                for name, argument, _ in chain.programs.operations(int(chain.joint_program[j]))
+                if name == "joint"
+            }
+        )
         for j in coupled
     }

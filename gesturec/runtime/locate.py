@@ -12,16 +12,14 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from gesturec.runtime.arrays import Array, Mask, seen_rows
 from gesturec.runtime.pose import PoseEstimate, SizeBelief
-from gesturec.runtime.pose_filter import POSE, ROTATION, SCALE, ORIGIN, PoseFilter, PoseState, PoseStep, merge, select
+from gesturec.runtime.pose_filter import ORIGIN, POSE, ROTATION, SCALE, PoseFilter, PoseState, PoseStep, merge, select
 from gesturec.runtime.pose_smoother import smooth_step
 from gesturec.runtime.rigid import all_fits, spans_plane
 from gesturec.runtime.rotations import exponential
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 UNLIKELY: Final = 12.0  # log likelihood by which a hypothesis must be behind to be dropped
 TOO_UNCERTAIN: Final = 0.5  # rad, deviation of the rotation beyond which a pose is no pose
 GIVE_UP: Final = 3  # frames in a row in which most root tokens are refused: then the filter starts anew
@@ -41,9 +39,11 @@ class Located(NamedTuple):
 NOWHERE: Final = Located(None, None, 0, 0, float("nan"), (0.0, 0))
 
 
-def locate(pose: PoseFilter, last: Located, measured: Array, covariance: Array, shape: float, size: SizeBelief, dt: float) -> Located:
+def locate(
+    pose: PoseFilter, last: Located, measured: Array, covariance: Array, shape: float, size: SizeBelief, dt: float
+) -> Located:
     """Advance by a frame: root tokens (K, 3), their covariance (K, 3, 3), variance for shape m^2 an axis."""
-    seen = np.isfinite(measured).all(1)
+    seen = seen_rows(measured)
     total = covariance + shape * np.eye(3)
     if last.state is None:
         return _begin(pose, measured, covariance, total, seen, size)
@@ -116,7 +116,7 @@ def look_back(window: Sequence[Located]) -> list[PoseEstimate | None]:
     for located in reversed(window):
         state = located.state
         if state is not None:
-            located = keep_hypothesis(located, best_hypothesis(later if _continues(later, step, state) else state))
+            located = keep_hypothesis(located, best_hypothesis(_guide(later, step, state)))
             state = located.state
         if state is not None and later is not None and step is not None:
             state = smooth_step(state, later, step)
@@ -125,8 +125,10 @@ def look_back(window: Sequence[Located]) -> list[PoseEstimate | None]:
     return poses[::-1]
 
 
-def _continues(later: PoseState | None, step: PoseStep | None, state: PoseState) -> bool:
-    return later is not None and step is not None and len(later.mode) == len(state.mode)
+def _guide(later: PoseState | None, step: PoseStep | None, state: PoseState) -> PoseState:
+    """Whose likelihoods tell the hypothesis of a frame: the next frame's, where the filter ran on into it."""
+    ran_on = later is not None and step is not None and len(later.mode) == len(state.mode)
+    return later if ran_on and later is not None else state
 
 
 def _estimate(state: PoseState, located: Located) -> PoseEstimate:
@@ -151,7 +153,9 @@ def _deviation(state: PoseState) -> float:
     return float(np.sqrt(np.trace(covariance[h, :3, :3])))
 
 
-def _residuals(pose: PoseFilter, state: PoseState, measured: Array, covariance: Array, used: Mask) -> tuple[float, tuple[float, int]]:
+def _residuals(
+    pose: PoseFilter, state: PoseState, measured: Array, covariance: Array, used: Mask
+) -> tuple[float, tuple[float, int]]:
     """Root mean square residual, and squares beyond what the noise explains with their degrees of freedom."""
     if not used.any():
         return float("nan"), (0.0, 0)

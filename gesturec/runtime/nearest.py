@@ -86,8 +86,16 @@ class Nearest:
         generous = emit(self.tables, evidence, personal_variance(self.lever, evidence)).chi_square
         reachable = np.where(belief.allowed, cost, np.inf)
         best = lowest(reachable)
-        decision = Decision(-1, soft(reachable), order(reachable), "ok", int(evidence.seen.sum()),
-                            float(generous[best]), limit, int(belief.allowed.sum()))
+        decision = Decision(
+            -1,
+            soft(reachable),
+            order(reachable),
+            "ok",
+            int(evidence.seen.sum()),
+            float(generous[best]),
+            limit,
+            int(belief.allowed.sum()),
+        )
         if generous.min() > limit:
             return self._refuse(belief, replace(decision, status="misfit", chi_square=float(generous.min())))
         if generous[best] > limit:
@@ -102,7 +110,9 @@ class Nearest:
         allowed[state] = True
         return Carried(allowed, state, 0.0), decision
 
-    def _tied(self, belief: Carried, decision: Decision, cost: Array, tied: NDArray[np.int64]) -> tuple[Carried, Decision]:
+    def _tied(
+        self, belief: Carried, decision: Decision, cost: Array, tied: NDArray[np.int64]
+    ) -> tuple[Carried, Decision]:
         """States that differ only where nothing is seen: keep the last one for a while, else none."""
         near = cost <= cost[tied[0]] + MARGIN
         kept = belief.state if belief.since <= self.hold and belief.state in tied else -1
@@ -136,8 +146,16 @@ class Nearest:
         state = best if met else -1
         probability = np.zeros(len(square))
         probability[best] = float(met)
-        decision = Decision(state, probability, np.array([best]), "ok" if met else "misfit", int(evidence.seen.sum()),
-                            float(square[best]), len(away[best]) * LITERAL_THRESHOLD**2, int(allowed.sum()))
+        decision = Decision(
+            state,
+            probability,
+            np.array([best]),
+            "ok" if met else "misfit",
+            int(evidence.seen.sum()),
+            float(square[best]),
+            len(away[best]) * LITERAL_THRESHOLD**2,
+            int(allowed.sum()),
+        )
         return (self._settle(best, decision)) if met else (belief, decision)
 
 

@@ -14,7 +14,7 @@ PRIOR_SCALE: Final = 0.15  # deviation of log size before the first frame: adult
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
-    """``world = rotation @ (exp(log_scale) body) + translation`` with covariance over (rotation, translation, log scale)."""
+    """``world = rotation @ (exp(log_scale) body) + translation``; covariance over rotation, translation, log scale."""
 
     rotation: Array  # (3, 3)
     translation: Array  # (3,)

@@ -10,7 +10,7 @@ Hypotheses (a flat root and its mirror image look alike at first) run in paralle
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -72,21 +72,25 @@ class PoseFilter:
 
     tokens: Array
     learns_scale: bool
-    parameters: PoseParameters = PoseParameters()
+    parameters: PoseParameters = field(default_factory=PoseParameters)
 
     @property
     def size(self) -> float:
         """Root mean square radius of the root's tokens, m."""
         return float(np.sqrt(((self.tokens - self.tokens.mean(0)) ** 2).sum(1).mean()))
 
-    def start(self, rotation: Array, origin: Array, log_scale: Array, covariance: Array, log_likelihood: Array) -> PoseState:
+    def start(
+        self, rotation: Array, origin: Array, log_scale: Array, covariance: Array, log_likelihood: Array
+    ) -> PoseState:
         """After the first fits: (H, 3, 3), (H, 3), (H,), covariances (H, 7, 7), log likelihoods (H,)."""
         p, count = self.parameters, len(rotation)
         full = np.zeros((count, 2, D, D))
-        full[np.ix_(np.arange(count), [STILL, MOVING], POSE, POSE)] = covariance[:, None]
+        for mode in (STILL, MOVING):
+            full[:, mode, POSE[:, None], POSE] = covariance
         full[:, MOVING] += self._fresh()
-        mode = np.array([p.still_time, p.moving_time]) / (p.still_time + p.moving_time)
-        return PoseState(rotation, origin, log_scale, np.zeros((count, 2, D)), full, np.tile(mode, (count, 1)), log_likelihood)
+        share = np.array([p.still_time, p.moving_time]) / (p.still_time + p.moving_time)
+        none = np.zeros((count, 2, D))
+        return PoseState(rotation, origin, log_scale, none, full, np.tile(share, (count, 1)), log_likelihood)
 
     def predict(self, state: PoseState, dt: float) -> tuple[PoseState, PoseStep]:
         """Mix the models and carry both over `dt` seconds."""
@@ -132,14 +136,18 @@ class PoseFilter:
             predicted, jacobian = self._observe(state, h, mean)
             residual = measured - predicted
             if iteration == 0:
-                ok = seen & (_squares(residual, jacobian @ spread @ np.swapaxes(jacobian, 1, 2) + covariance, seen) < GATE)
+                ok = seen & (
+                    _squares(residual, jacobian @ spread @ np.swapaxes(jacobian, 1, 2) + covariance, seen) < GATE
+                )
             rows = jacobian[ok].reshape(-1, D)
             noise = _block_diagonal(covariance[ok])
             total = rows @ spread @ rows.T + noise
             innovation = residual[ok].ravel() + rows @ (mean - before)
             gain = np.linalg.solve(total, rows @ spread).T
             if iteration == 0:
-                log_likelihood = -0.5 * (float(innovation @ np.linalg.solve(total, innovation)) + np.linalg.slogdet(total)[1])
+                log_likelihood = -0.5 * (
+                    float(innovation @ np.linalg.solve(total, innovation)) + np.linalg.slogdet(total)[1]
+                )
             mean = before + gain @ innovation
         log_likelihood -= 0.5 * float((seen & ~ok).sum()) * (GATE + REFUSED)
         rest = np.eye(D) - gain @ rows
@@ -161,7 +169,7 @@ class PoseFilter:
         return arm + state.origin[h] + mean[ORIGIN], jacobian
 
     def _entering(self, state: PoseState, to: int) -> tuple[Array, Array]:
-        """Means (H, 2, D) and covariances from both models on entering model `to`: moving begins with a fresh velocity."""
+        """Means (H, 2, D) and covariances of both on entering model `to`: moving begins with a fresh velocity."""
         if to == MOVING:
             covariance = state.covariance.copy()
             covariance[:, STILL] += self._fresh()

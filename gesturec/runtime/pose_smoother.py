@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.runtime.pose_filter import D, MOVING, ORIGIN, ROTATION, SCALE, STILL, PoseState, PoseStep, merge
+from gesturec.runtime.pose_filter import MOVING, ORIGIN, ROTATION, SCALE, STILL, D, PoseState, PoseStep, merge
 from gesturec.runtime.rotations import exponential, logarithm
 
 Array = NDArray[np.float64]

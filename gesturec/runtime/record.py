@@ -32,14 +32,18 @@ def make_record(body: Body, shown: Shown, decisions: Sequence[Decision]) -> Fram
         time=moment.time,
         status=STATUS_ID[_frame_status(decisions, pose, moment.points.measured)],
         state=state,
-        probability=np.concatenate([d.probability for d in decisions]).astype(np.float32) if decisions else np.zeros(0, np.float32),
+        probability=np.concatenate([d.probability for d in decisions]).astype(np.float32)
+        if decisions
+        else np.zeros(0, np.float32),
         pose_rotation=np.full((3, 3), np.nan) if pose is None else pose.rotation,
         pose_translation=np.full(3, np.nan) if pose is None else pose.translation,
         scale=float("nan") if pose is None else float(np.exp(pose.log_scale)),
         joint_angle=joint_angles(body, state),
         measured=moment.points.measured,
         filtered=moment.track.position,
-        decided_frame=np.where(state >= 0, moment.frame + np.array([d.delay for d in decisions], int), -1).astype(np.int32),
+        decided_frame=np.where(state >= 0, moment.frame + np.array([d.delay for d in decisions], int), -1).astype(
+            np.int32
+        ),
         root_residual=float("nan") if pose is None else pose.residual,
         poses=hold_poses(body, [d.candidates for d in decisions]),
     )
@@ -111,4 +115,6 @@ def _state(body: Body, joints: NDArray[np.int32], names: Sequence[str], angle: A
 
 
 def _why(decision: Decision) -> MachineWhy:
-    return MachineWhy(decision.status, decision.seen, decision.chi_square, decision.limit, decision.reachable, decision.delay)
+    return MachineWhy(
+        decision.status, decision.seen, decision.chi_square, decision.limit, decision.reachable, decision.delay
+    )

@@ -90,16 +90,20 @@ def fit_rigid(
     return kept if kept.cost < best.cost + MIRROR_MARGIN else best
 
 
-def all_fits(body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float) -> list[RigidFit]:
+def all_fits(
+    body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float
+) -> list[RigidFit]:
     """The fit from Horn's start, then that from its mirror image where there is one."""
     scaled = np.exp(log_scale) * body
     starts = [horn(scaled, measured)]
     starts += mirrored(scaled, measured, covariance, *starts[0])
-    weight = np.linalg.inv(covariance)
+    weight = np.asarray(np.linalg.inv(covariance), dtype=float)
     return [_gauss_newton(body, measured, weight, start, log_scale, scale_deviation) for start in starts]
 
 
-def mirrored(body: Array, measured: Array, covariance: Array, rotation: Array, translation: Array) -> list[tuple[Array, Array]]:
+def mirrored(
+    body: Array, measured: Array, covariance: Array, rotation: Array, translation: Array
+) -> list[tuple[Array, Array]]:
     """The pose of a flat body's mirror image along the direction of most noise, if there is one.
 
     With M the world's reflection along that direction and N the body's at its own plane, M R N is a

@@ -21,7 +21,7 @@ BLOCK: Final = 1 << 22  # numbers in a block of a maximum over pairs: 16 MiB
 
 @dataclass(frozen=True)
 class Semiring:
-    """How alternatives are added (`sums`: by sum, else by maximum), and joined (`multiplies`: by product, else minimum)."""
+    """How alternatives are added (`sums`, else their maximum) and joined (`multiplies`, else their minimum)."""
 
     name: str
     sums: bool
@@ -48,7 +48,7 @@ class Semiring:
     def apply(self, matrix: Floats, x: Floats) -> Floats:
         """`matrix` (m, n) on the middle axis of x (a, n, b): (a, m, b)."""
         if self.sums:
-            return np.matmul(matrix, x)
+            return np.asarray(np.matmul(matrix, x), dtype=np.float32)
         rows = max(1, BLOCK // max(x.size, 1))
         parts = []
         for start in range(0, len(matrix), rows):

@@ -13,28 +13,29 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from gesturec.artifact.artifact import Artifact
+from gesturec.runtime.arrays import Array, seen_rows
 from gesturec.runtime.bindings import Plan, bind_rows, choose_binding, plan, resolve_binding
 from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.decoders import make_decoders
 from gesturec.runtime.emission import Points
-from gesturec.runtime.frame import literal_points, literal_pose, start_memory, take
+from gesturec.runtime.frame import Memory, literal_points, literal_pose, start_memory, take
 from gesturec.runtime.gains import Gains
-from gesturec.runtime.locate import best_hypothesis, keep_hypothesis, look_back, settled_hypothesis
+from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
 from gesturec.runtime.machines import Shown, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
 from gesturec.runtime.options import Options
-from gesturec.runtime.pose import start_size
+from gesturec.runtime.pose import PoseEstimate, start_size
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.record import make_record, make_step
 from gesturec.runtime.step import Step
 from gesturec.runtime.tracker import Tracker
 
-Array = NDArray[np.float64]
 Given = ArrayLike | Mapping[str, ArrayLike]
 POSE_DEPTH: Final = 4  # frames whose poses later ones still improve; beyond, what they add is below the noise
+FARTHEST: Final = 1e6  # m; a coordinate beyond is no measurement, and its square would overflow
 LITERAL_GAINS: Final = Gains("benedict-bordner", alpha=0.5)  # of the source paper's rule
 
 
@@ -68,6 +69,12 @@ class Session:
         self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0)
         self._tracker = Tracker(Gains() if self.options.growing else LITERAL_GAINS)
         self._decoders = make_decoders(self.body, self.options)
+        self._memory: Memory
+        self._window: list[Shown]
+        self._carried: list[Any]
+        self._angles: Array
+        self._last_pose: PoseEstimate | None
+        self._frame: int
         self._restart()
 
     @property
@@ -106,7 +113,9 @@ class Session:
 
     def finish(self) -> list[Step]:
         """What was still held back, in order; the session is as new afterwards."""
-        steps = self._settle_all() if self.options.lag_frames < 0 else [self._settle() for _ in range(len(self._window))]
+        steps = (
+            self._settle_all() if self.options.lag_frames < 0 else [self._settle() for _ in range(len(self._window))]
+        )
         self._restart()
         return steps
 
@@ -172,7 +181,7 @@ class Session:
             names, rows = None, _rows(points)
         used = self._plan_for(names, len(rows))
         measured = used.apply(rows)
-        measured[~np.isfinite(measured).all(1)] = np.nan
+        measured[~(seen_rows(measured) & (np.abs(measured) < FARTHEST).all(1))] = np.nan
         bound = np.zeros(self.body.n_token, dtype=bool)
         bound[used.token] = True
         spread = np.full((len(rows), 3, 3), np.nan) if covariance is None else np.asarray(covariance, dtype=float)
@@ -204,8 +213,8 @@ class Session:
         """Before the first frame."""
         n_token = self.body.n_token
         self._memory = start_memory(self._tracker.start(n_token), start_noise(self.options.noise, n_token))
-        self._window: list[Shown] = []
-        self._carried: list[Any] = [decoder.start() for decoder in self._decoders]
+        self._window = []
+        self._carried = [decoder.start() for decoder in self._decoders]
         self._angles, self._last_pose, self._frame = self.body.middle, None, 0
 
 

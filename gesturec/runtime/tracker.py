@@ -8,15 +8,15 @@ and 3 of the source paper). An unseen token coasts at a velocity that fades, for
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.runtime.arrays import Array, seen_rows
 from gesturec.runtime.gains import Gains, alpha_beta, growing
 
-Array = NDArray[np.float64]
 TRACK_STATES: Final = ("lost", "tentative", "confirmed", "coasting")
 LOST, TENTATIVE, CONFIRMED, COASTING = range(4)
 CONFIRM_AFTER: Final = 3  # sights that make a track confirmed: two give a velocity, the third tests it
@@ -39,7 +39,7 @@ class Track(NamedTuple):
 class Tracker:
     """The filter's settings; `start` and `step` are its whole life."""
 
-    gains: Gains = Gains()
+    gains: Gains = field(default_factory=Gains)
     coast: float = COAST
 
     def start(self, n_token: int) -> Track:
@@ -50,7 +50,7 @@ class Tracker:
 
     def step(self, track: Track, measured: Array, dt: float, deviation: Array) -> Track:
         """Advance by one frame; `deviation` (n_token, 3) is the noise of each axis, m."""
-        seen = np.isfinite(measured).all(1)
+        seen = seen_rows(measured)
         alive = (track.state != LOST) & (track.since + dt <= self.coast)
         since = track.since + dt
         predicted = track.position + _travel(track.velocity, track.since, dt)

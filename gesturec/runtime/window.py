@@ -30,8 +30,7 @@ MISFIT_PROBABILITY: Final = 0.999
 MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
 MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
 CHECKPOINT: Final = 64  # frames between beliefs that are kept when a whole take is smoothed
-UNSURE: Final = 0.15  # posterior of the best state below which none is chosen
-ANY_SHARE: Final = 0.5  # of all states in the 90 % set of an unseen limb: then any is possible
+UNSURE: Final = 0.1  # posterior of the best state below which none is chosen: nine times in ten it were wrong
 
 
 class Carried(NamedTuple):
@@ -129,12 +128,14 @@ class WindowDecoder:
         square, limit = self._misfit(now.evidence)
         misfit = carried.misfit
         if now.evidence is not None:
-            misfit = float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
-        state, candidates = most_probable(self._score(final)), credible_set(final)
-        status = self._status(now, misfit, final, candidates)
+            misfit = (
+                float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
+            )
+        state, candidates = most_probable(final), credible_set(final)
+        status = self._status(now, misfit, final)
         decided = status in ("ok", "partial", "coasting")
         seen = 0 if now.evidence is None else int(now.evidence.seen.sum())
-        delay = 0 if most_probable(self._score(early)) == state else lag
+        delay = 0 if most_probable(early) == state else lag
         decision = Decision(
             state if decided else -1, final, candidates, status, seen, square, limit, int((early > 0).sum()), delay
         )
@@ -145,20 +146,16 @@ class WindowDecoder:
         lattice = self.chain.lattice
         cells = self.chain.cells(belief).astype(float)
         kept = lattice.state >= 0
+        total = np.zeros(lattice.n_state)
         if self.chain.ring.sums:
-            total = np.bincount(lattice.state[kept], cells[kept], minlength=lattice.n_state)
+            np.add.at(total, lattice.state[kept], cells[kept])
         else:
-            total = np.zeros(lattice.n_state)
             np.maximum.at(total, lattice.state[kept], cells[kept])
         return np.asarray(total / max(total.sum(), 1e-300))
 
-    def _score(self, posterior: Array) -> Array:
-        return posterior
-
-    def _status(self, now: Sight, misfit: float, posterior: Array, candidates: NDArray[np.int64]) -> str:
+    def _status(self, now: Sight, misfit: float, posterior: Array) -> str:
         if now.evidence is None:
-            wide = len(candidates) > ANY_SHARE * len(posterior) or posterior.max() < UNSURE
-            return "any" if wide else "coasting"
+            return "any" if posterior.max() < UNSURE else "coasting"
         if misfit > MISFIT_SHARE:
             return "misfit"
         if posterior.max() < UNSURE:
