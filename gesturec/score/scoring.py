@@ -77,9 +77,9 @@ def score(out_path: str | Path, truth_path: str | Path, options: ScoreOptions = 
     files, notes = find_takes(Path(out_path), Path(truth_path))
     takes = [_match(take, options) for take in files if take.out_states is not None]
     names = _common_machines(takes, options, notes) if takes else ()
+    sets = [_code_sets(name, takes, files, options) for name in names]  # of whole states, whichever joints are compared
     takes, ranks = _levels(takes, names, options, notes)
     codings = [code_machine(name, takes, ranks[name]) for name in names]
-    sets = [_code_sets(name, takes, files, options) for name in names]
     lengths = [len(take.truth.time) for take in takes]
     return ScoreReport(
         out=str(out_path),

@@ -94,8 +94,11 @@ def test_sets_are_read_from_the_lines_beside_the_output(tmp_path: Path) -> None:
     sets: list[object] = [["0/0"], ["0/0", "0/30", "30/0"], ["0/0"], "any"]
     lines = [{"time": 0.04 * k, "candidates": {"index": names}} for k, names in enumerate(sets)]
     (tmp_path / "o.jsonl").write_text("\n".join(map(json.dumps, lines)))
+    (projected,) = score(out, truth, ScoreOptions(joints=("mcp",))).machines
     (index,) = score(out, truth).machines
     assert index.sets is not None
+    assert projected.sets is not None
+    assert projected.sets.coverage.count == index.sets.coverage.count  # sets are of whole states all the same
     assert (index.sets.coverage.count, index.sets.coverage.total) == (3, 4)
     assert (index.sets.mean_size, index.sets.median_size) == (pytest.approx(5 / 3), 1)
 
@@ -139,6 +142,32 @@ def test_named_levels_take_their_order_from_the_joint(tmp_path: Path) -> None:
     within = score(tmp_path / "o.csv", tmp_path / "t.csv").machines[0].within_one
     assert within is not None
     assert (within.count, within.total) == (2, 3)
+
+
+def test_a_model_knows_levels_that_never_occur(tmp_path: Path) -> None:
+    """0 and 90 are neighbours as far as two files tell; the model has 30 and 60 between them."""
+    from gesturec.compile import compile_artifact
+    from gesturec.diagnostics.source import Source
+
+    text = (
+        "gesturec: 1\nname: m\nunits: {length: mm, angle: deg}\n"
+        "root: {name: r, tokens: {a: [0, 0, 0], b: [1, 0, 0], c: [0, 1, 0]}}\n"
+        "limbs:\n  index:\n    chain:\n"
+        "      - {joint: mcp, axis: z, levels: [0, 30, 60, 90]}\n"
+        "      - {joint: pip, at: [40, 0, 0], axis: z, levels: [0, 90]}\n      - {token: tip, at: [30, 0, 0]}\n"
+    )
+    artifact = compile_artifact(Source("m.yaml", text))
+    files = write(tmp_path / "o.states.csv", ["90/0", "0/0"]), write(tmp_path / "t.truth.csv", ["0/0", "0/90"])
+    for options, count in (
+        (ScoreOptions(), 2),
+        (ScoreOptions(artifact), 1),
+        (ScoreOptions(artifact, joints=("mcp",)), 1),
+    ):
+        report = score(*files, options)
+        within = report.machines[0].within_one
+        assert within is not None
+        assert within.count == count
+    assert "model `m`" in report.levels_from
 
 
 def test_events_alone_and_beside_states(tmp_path: Path) -> None:
