@@ -104,8 +104,8 @@ def _report(artifact: Artifact, outcomes: list[Outcome], skipped: int, options: 
             print(f"error: {outcome.error}", file=sys.stderr)
         elif not options.json:
             print(summary_text(outcome), file=stream)
-        if outcome.summary.get("misfit"):
-            print(misfit_warning(outcome), file=sys.stderr)
+        for warning in warnings_of(outcome):
+            print(warning, file=sys.stderr)
     if skipped:
         print(f"{skipped} recordings were decoded already and left out (--resume)", file=sys.stderr)
     if artifact.manifest.gestures:
@@ -124,13 +124,20 @@ def summary_text(outcome: Outcome) -> str:
     for name, shares in summary["machines"].items():
         rows.append((f"  {name}", *(f"{shares[key]:.1%}" for key in ("decided", "deferred", "misfit", "lost"))))
     notes = [f"  note: {note}" for note in summary["notes"]]
-    return "\n".join([head, *table(rows), *notes, f"  -> {', '.join(outcome.files)}"])
+    status = ", ".join(f"{name} {number / summary['frames']:.1%}" for name, number in summary["status"].items())
+    return "\n".join([head, *table(rows), f"  frames: {status}", *notes, f"  -> {', '.join(outcome.files)}"])
 
 
-def misfit_warning(outcome: Outcome) -> str:
-    """Loud, because every number of the take is then worth nothing."""
-    bad, frames = outcome.summary["misfit_frames"], outcome.summary["frames"]
-    return (
-        f"warning: MISFIT: {outcome.recording} does not fit the model in {bad:,} of {frames:,} frames: another body, "
-        "the other hand (--set side=...), another unit (--units) or another binding (--bind)?"
-    )
+def warnings_of(outcome: Outcome) -> list[str]:
+    """What is loud, because every number of the take is then worth nothing."""
+    summary = outcome.summary
+    if not summary:
+        return []
+    take = outcome.recording
+    if summary["misfit"]:
+        share = f"{summary['misfit_frames']:,} of {summary['frames']:,} frames"
+        causes = "another body, the other hand (--set side=...), another unit (--units) or another binding (--bind)?"
+        return [f"warning: MISFIT: {take} does not fit the model in {share}: {causes}"]
+    if summary["machines"] and not any(shares["decided"] for shares in summary["machines"].values()):
+        return [f"warning: NOTHING DECIDED in {take}; see what `frames:` and the notes say"]
+    return []

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from gesturec.runtime.step import Decoding
 
 SUFFIXES: Final = ("", ".csv", ".jsonl", ".html")
+MOST_NAMES: Final = 8
+"""Names that a note tells; a laboratory's skeleton has dozens that a model does not need."""
+
 STATES, EVENTS = ".states.csv", ".events.csv"
 
 
@@ -142,11 +145,9 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
     scale = decoding.scale[np.isfinite(decoding.scale)]
     said = [*notes]
     if report["unmatched"]:
-        said.append(f"not in the recording, so never seen: {', '.join(report['unmatched'])}")
+        said.append(f"not in the recording, so never seen: {some(report['unmatched'])}")
     if report["ignored_points"]:
-        said.append(f"in the recording, but not in the binding: {', '.join(report['ignored_points'])}")
-    refused = {name: n for name, n in report["status"].items() if name.endswith("-refused")}
-    said += [f"{n} frames: {name}" for name, n in refused.items()]
+        said.append(f"in the recording, but not in the binding: {some(report['ignored_points'])}")
     return {
         "frames": frames,
         "binding": report["binding"],
@@ -155,8 +156,20 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         "machines": {name: _shares(counts, frames) for name, counts in report["machines"].items()},
         "misfit": report["misfit"],
         "misfit_frames": report["misfit_frames"],
+        "unmatched": report["unmatched"],
+        "ignored_points": report["ignored_points"],
         "notes": said,
     }
+
+
+def some(names: Sequence[str]) -> str:
+    """The first of many names.
+
+    >>> some(["a", "b"])
+    'a, b'
+    """
+    more = len(names) - MOST_NAMES
+    return ", ".join(names[:MOST_NAMES]) + (f" and {more} more (--json tells all)" if more > 0 else "")
 
 
 def _shares(counts: dict[str, int], frames: int) -> dict[str, float]:

@@ -132,6 +132,17 @@ def test_a_binding_of_one_s_own_is_taken_from_a_file(folder: Path, capsys: Captu
     assert summary["machines"]["thumb"]["decided"] == 0.0
 
 
+def test_a_take_of_which_nothing_is_decided_is_told_loudly(folder: Path, capsys: Capture) -> None:
+    (folder / "two.csv").write_text(
+        "time,wrist.x,wrist.y,wrist.z,index.tip.x,index.tip.y,index.tip.z\n" + "0,0,0,0,0.1,0,0\n1,0,0,0,0.1,0,0\n",
+        encoding="utf-8",
+    )
+    assert main(["decode", "hand.gcm", "two.csv", "-o", "out"]) == 0
+    output = capsys.readouterr()
+    assert "warning: NOTHING DECIDED in two.csv" in output.err
+    assert "pose-unknown 100.0%" in output.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
