@@ -56,6 +56,13 @@ ARGUMENTS: Final = {
     "component": 3,
     "flip": 3,
 }
+# entries of the report's lists, by list
+REPORT: Final = {
+    "machines": {"name", "combinations", "states", "transitions"},
+    "constraints": {"name", "machine", "removed", "arcs"},
+    "relations": {"name", "kind", "machines", "combinations", "forbidden"},
+    "rules": {"name", "kind", "machine", "arcs"},
+}
 COUPLING_LEAVES: Final = frozenset({"constant", "joint"})  # a coupled value follows joints alone
 
 
@@ -263,6 +270,7 @@ def _check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int])
     _require(tokens.issuperset(manifest.token_colors), "a color is given to no token")
     for binding in manifest.bindings:
         _require(_is_binding(binding, tokens), "a binding is malformed")
+    _require(_is_report(manifest), "the report is malformed")
     for name, phases in manifest.phases.items():
         n_state = len(manifest.states.get(name, ()))
         _require(all(_is_phase(phase, n_state) for phase in phases), "a phase is malformed")
@@ -311,3 +319,16 @@ def _is_dwell(dwell: Mapping[str, object], manifest: Manifest) -> bool:
 
 def _are_states(value: object, n_state: int) -> bool:
     return isinstance(value, list) and all(type(each) is int and 0 <= each < n_state for each in value)
+
+
+def _is_report(manifest: Manifest) -> bool:
+    """Lists of entries with the fields of REPORT; a relation's stand in the order of the relations."""
+    report = manifest.report
+    if not report:
+        return not manifest.relations
+    return set(report) == set(REPORT) and all(
+        isinstance(report[name], list)
+        and all(isinstance(each, dict) and set(each) == fields for each in report[name])
+        and (name != "relations" or len(report[name]) == len(manifest.relations))
+        for name, fields in REPORT.items()
+    )

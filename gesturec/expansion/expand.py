@@ -132,7 +132,7 @@ def _across(model: LoweredModel) -> list[LoweredConstraint]:
 def _idle(results: Sequence[MachineResult], relations: Sequence[Relation]) -> list[Diagnostic]:
     """Constraints that remove nothing, in any of the places where they stand (a template has several)."""
     removed: dict[tuple[str, int], tuple[bool, LoweredConstraint]] = {}
-    told = [(removal.constraint, removal.share != 0) for r in results for removal in r.expanded.removals]
+    told = [(removal.constraint, removal.combinations != 0) for r in results for removal in r.expanded.removals]
     told += [(r.constraint, bool(np.isinf(r.cost).any())) for r in relations if r.constraint.kind == "require"]
     for constraint, removes in told:
         key = (constraint.name, constraint.span.start)

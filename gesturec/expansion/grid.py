@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ Levels = NDArray[np.int16]
 Mask = NDArray[np.bool_]
 
 BLOCK: Final = 1 << 18  # combinations at a time: some megabytes for each value of an expression
+LAID_OUT: Final = 1 << 21  # combinations of a machine up to which removed arcs are counted, 16 MiB an array
 TABLE: Final = 1 << 20  # combinations of a check's own joints up to which it is tabulated
 
 
@@ -56,10 +57,53 @@ def survivors(counts: Sequence[int], checks: Sequence[Check], most: int) -> Leve
     return _in_product_order(counts, order, _times(rows, [counts[p] for p in free]))
 
 
-def share_removed(counts: Sequence[int], check: Check) -> float | None:
-    """The share of all combinations that a check removes on its own; None if that takes too long to say."""
+class Removed(NamedTuple):
+    """What a check removes on its own: combinations, and arcs of the whole grid."""
+
+    combinations: int
+    arcs: int | None  # None where the product is too large to be laid out
+
+
+def removed(counts: Sequence[int], check: Check, wrapped: Sequence[bool], step: str) -> Removed | None:
+    """What a check removes on its own; None where that takes too long to say."""
     table = _table(counts, check)
-    return None if table is None else float(1 - table.mean())
+    if table is None:
+        return None
+    total = prod(counts)
+    combinations = round(float(1 - table.mean()) * total)
+    if total > LAID_OUT:
+        return Removed(combinations, None)
+    order = np.argsort(check.positions)
+    shape = [counts[p] if p in check.positions else 1 for p in range(len(counts))]
+    kept = np.broadcast_to(table.transpose(order).reshape(shape), counts).astype(np.float64)
+    whole = np.ones_like(kept)
+    return Removed(combinations, round(_arcs(whole, wrapped, step) - _arcs(kept, wrapped, step)))
+
+
+def _arcs(kept: NDArray[np.float64], wrapped: Sequence[bool], step: str) -> float:
+    """Number of arcs among the combinations kept: each times the number of kept ones that a step reaches."""
+    if step == "any":
+        return float(kept.sum() ** 2)
+    reached = kept
+    for axis, wraps in enumerate(wrapped):
+        beside = kept if step == "single" else reached
+        reached = reached + _shifted(beside, axis, 1, wraps) + _shifted(beside, axis, -1, wraps)
+    return float((kept * reached).sum())
+
+
+def _shifted(values: NDArray[np.float64], axis: int, by: int, wraps: bool) -> NDArray[np.float64]:
+    """Values moved along an axis; a wrapped one of one or two levels has no third neighbour."""
+    count = values.shape[axis]
+    if wraps and (count > 2 or (count == 2 and by > 0)):
+        return np.roll(values, by, axis)
+    moved = np.zeros_like(values)
+    if wraps or count < 2:
+        return moved
+    to: list[slice] = [slice(None)] * values.ndim
+    source = list(to)
+    to[axis], source[axis] = (slice(1, None), slice(None, -1)) if by > 0 else (slice(None, -1), slice(1, None))
+    moved[tuple(to)] = values[tuple(source)]
+    return moved
 
 
 def _order(counts: Sequence[int], checks: Sequence[Check]) -> list[int]:

@@ -22,17 +22,18 @@ from gesturec.expansion import curve
 from gesturec.expansion.conflict import smallest_conflict
 from gesturec.expansion.depend import dependence
 from gesturec.expansion.environment import Body, environment, state_environment
-from gesturec.expansion.grid import Check, TooMany, share_removed, survivors
+from gesturec.expansion.grid import Check, TooMany, removed, survivors
 from gesturec.expansion.limits import Limits, Refused, refuse_count
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredConstraint, LoweredMachine, NamedState
 
 
 class Removal(NamedTuple):
-    """What one constraint removes: the share of combinations on its own, None where that is not known."""
+    """What one constraint removes on its own: combinations and arcs; None where that is not known."""
 
     constraint: LoweredConstraint
-    share: float | None
+    combinations: int | None
+    arcs: int | None
 
 
 class Expanded(NamedTuple):
@@ -63,9 +64,15 @@ def _grid(body: Body, machine: int, requires: Sequence[LoweredConstraint], limit
         raise Refused(_too_many(body, machine, counts, error.found, limits)) from None
     if not len(level):
         raise Refused(unsatisfiable(body, machine, counts, requires, checks))
-    removals = tuple(Removal(c, share_removed(counts, check)) for c, check in zip(requires, checks, strict=True))
+    removals = tuple(_removal(body, machine, counts, c, check) for c, check in zip(requires, checks, strict=True))
     whole = len(level) == prod(counts)
     return Expanded(grid_states(body, machine, free, level, tuple(counts) if whole else None), prod(counts), removals)
+
+
+def _removal(body: Body, machine: int, counts: Sequence[int], constraint: LoweredConstraint, check: Check) -> Removal:
+    wrapped = [body.model.joints[joint].wrap for joint in free_of(body, machine)]
+    found = removed(counts, check, wrapped, body.model.machines[machine].step)
+    return Removal(constraint, None, None) if found is None else Removal(constraint, *found)
 
 
 def free_of(body: Body, machine: int) -> tuple[int, ...]:
@@ -315,7 +322,7 @@ def _filtered(body: Body, states: MachineStates, requires: Sequence[LoweredConst
     """Ask constraints of states that are there."""
     body.states[states.machine] = states
     masks = [truth_of(body, states, constraint) != 0 for constraint in requires]
-    removals = tuple(Removal(c, float(1 - mask.mean())) for c, mask in zip(requires, masks, strict=True))
+    removals = tuple(Removal(c, int((~mask).sum()), None) for c, mask in zip(requires, masks, strict=True))
     kept = np.logical_and.reduce(masks) if masks else np.ones(states.count, bool)
     if not kept.any():
         chosen = smallest_conflict(len(masks), lambda ids: not np.logical_and.reduce([masks[i] for i in ids]).any())

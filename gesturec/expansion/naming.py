@@ -18,7 +18,7 @@ from gesturec.expansion.environment import Body, set_members
 from gesturec.expansion.relations import forbidden
 from gesturec.expansion.results import BodyTables, MachineResult, cross_rules
 from gesturec.expansion.states import MachineStates
-from gesturec.lowering.lowered import LoweredBinding, LoweredConstraint, LoweredCycle, LoweredModel, LoweredPose, Phase
+from gesturec.lowering.lowered import LoweredBinding, LoweredCycle, LoweredModel, LoweredPose, Phase
 
 
 def model_manifest(tables: BodyTables) -> Manifest:
@@ -136,7 +136,12 @@ def _report(tables: BodyTables) -> dict[str, Any]:
     return {
         "machines": [_machine_report(model, result) for result in tables.machines],
         "constraints": [
-            _constraint_report(model, removal.constraint, removal.share, result)
+            {
+                "name": removal.constraint.name,
+                "machine": _name(model, result),
+                "removed": removal.combinations,
+                "arcs": removal.arcs,
+            }
             for result in tables.machines
             for removal in result.expanded.removals
         ],
@@ -169,10 +174,3 @@ def _machine_report(model: LoweredModel, result: MachineResult) -> dict[str, Any
         "states": result.expanded.states.count,
         "transitions": len(result.transitions.arcs.target),
     }
-
-
-def _constraint_report(
-    model: LoweredModel, constraint: LoweredConstraint, share: float | None, result: MachineResult
-) -> dict[str, Any]:
-    removed = None if share is None else round(share * result.expanded.combinations)
-    return {"name": constraint.name, "machine": _name(model, result), "removed": removed}

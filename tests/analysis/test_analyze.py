@@ -1,0 +1,180 @@
+"""Analysis of the paper's hand and of small bodies: what merges, what is expected, what would help."""
+
+from __future__ import annotations
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from math import erfc, sqrt
+
+import numpy as np
+import pytest
+
+from gesturec.analysis.analyze import analyze
+from gesturec.analysis.expected import most_likely
+from gesturec.analysis.picture import analysis_svg
+from gesturec.analysis.report import Analysis
+from gesturec.analysis.separation import Clouds, error_of, groups, near_pairs, separation_of
+from gesturec.analysis.text import analysis_text
+from gesturec.artifact.artifact import Artifact
+from gesturec.compile import compile_artifact, compile_stages
+from gesturec.diagnostics.source import Source
+from gesturec.shipped import shipped_models
+
+HEAD = """gesturec: 1
+name: arm
+units: {length: mm, angle: deg}
+root: {name: base, tokens: {a: [0, 0, 0], b: [90, 0, 0], c: [0, 0, 90]}}
+limbs:
+  arm:
+    chain:
+      - {joint: shoulder, axis: z, levels: [0, 45, 90]}
+      - {joint: twist, axis: x, levels: [0, 90]}
+      - {token: hand, at: [250, 0, 0]}
+      - {token: thumb, at: [200, 40, 0], virtual: true}
+"""
+
+
+@pytest.fixture(scope="module")
+def hand() -> Artifact:
+    return compile_artifact(shipped_models()["hand"])
+
+
+@pytest.fixture(scope="module")
+def hand_report(hand: Artifact) -> Analysis:
+    return analyze(hand, 0.003, [(), ("index.tip",)])
+
+
+def arm(more: str = "") -> Artifact:
+    artifact, findings = compile_stages(Source("arm.yaml", HEAD + more))
+    assert artifact is not None, findings
+    return artifact
+
+
+def test_the_papers_equal_states_are_found(hand_report: Analysis) -> None:
+    for machine in hand_report.machines:
+        assert len(machine.equal) == 1 and machine.components == 1
+    assert hand_report.machines[0].equal[0] == ("0/90/0", "45/90/0")
+
+
+def test_hiding_the_tip_merges_more_and_seeing_it_is_the_remedy(hand_report: Analysis) -> None:
+    seen, hidden = hand_report.machines[0].separations
+    assert hidden.hidden == ("index.tip",) and "index.tip" not in hidden.seen
+    assert hidden.merging > seen.merging and hidden.error > seen.error
+    assert hidden.remedies[0].text == "seeing `index.tip`"
+    assert hidden.remedies[0].pairs > hidden.merging / 2
+    assert len(hand_report.machines[1].separations) == 1  # the middle finger has no index.tip to hide
+
+
+def test_a_virtual_token_is_not_seen_but_may_be_the_remedy() -> None:
+    (machine,) = analyze(arm(), 0.002).machines
+    (separation,) = machine.separations
+    assert separation.seen == ("arm.hand",)
+    assert {pair.differ for pair in separation.pairs} == {("arm.twist",)}  # the hand lies on the axis of the twist
+    assert separation.merging == 3
+    assert separation.remedies[0].pairs == 3
+    assert any("arm.thumb" in remedy.text for remedy in separation.remedies)
+    assert any(remedy.kind == "coarser" and "arm.twist" in remedy.text for remedy in separation.remedies)
+
+
+def test_with_nothing_seen_nothing_is_told_apart(hand: Artifact) -> None:
+    (separation,) = analyze(arm(), 0.002, [("arm.hand",)]).machines[0].separations
+    assert separation.seen == () and separation.merging == 15
+    assert separation.error == pytest.approx(5 / 6, abs=5 * separation.error_deviation)
+
+
+def test_more_noise_means_more_errors(hand: Artifact) -> None:
+    errors = [analyze(hand, noise).machines[4].separations[0].error for noise in (0.001, 0.01, 0.05)]
+    assert errors == sorted(errors) and errors[2] > errors[0] + 0.1
+
+
+def test_separation_and_error_are_those_of_two_gaussians() -> None:
+    """Decided by likelihood on draws, two equal Gaussians are mistaken as often as Phi(-D / 2) says."""
+    rng = np.random.default_rng(3)
+    root = rng.normal(size=(3, 3))
+    covariance = np.broadcast_to(root @ root.T + np.eye(3), (2, 3, 3))
+    states = Clouds(np.array([[0.0, 0, 0], [1.0, 1.5, -0.5]]), covariance)
+    (separation,) = near_pairs(states, 100).separation
+    draws = 40_000
+    points = states.mean[0] + rng.multivariate_normal(np.zeros(3), covariance[0], draws)
+    wrong = (most_likely(states, points) != 0).mean()
+    expected = error_of(float(separation))
+    assert wrong == pytest.approx(expected, abs=5 * sqrt(expected * (1 - expected) / draws))
+    assert expected == pytest.approx(0.5 * erfc(float(separation) / sqrt(8)))
+
+
+def test_no_near_pair_is_missed() -> None:
+    rng = np.random.default_rng(5)
+    mean = rng.normal(size=(60, 6)) * 0.02
+    roots = rng.normal(size=(60, 6, 6)) * 0.005
+    states = Clouds(mean, roots @ np.swapaxes(roots, 1, 2) + 1e-6 * np.eye(6))
+    found = near_pairs(states, 3.0)
+    wanted = {}
+    for i in range(60):
+        for j in range(i + 1, 60):
+            apart = mean[i] - mean[j]
+            separation = sqrt(apart @ np.linalg.solve((states.covariance[i] + states.covariance[j]) / 2, apart))
+            if separation <= 3.0:
+                wanted[i, j] = separation
+    pairs = dict(zip(zip(found.first.tolist(), found.second.tolist(), strict=True), found.separation, strict=True))
+    assert pairs.keys() == wanted.keys()
+    assert all(pairs[key] == pytest.approx(wanted[key]) for key in wanted)
+    members = groups(60, found)
+    assert all(len(group) > 1 for group in members)
+
+
+def test_the_separation_of_an_error_undoes_the_error_of_a_separation() -> None:
+    for error in (0.001, 0.1, 0.4):
+        assert error_of(separation_of(error)) == pytest.approx(error)
+
+
+def test_constraints_rules_and_relations_are_counted() -> None:
+    more = """    constraints:
+      - {name: low, require: shoulder <= 45 deg}
+      - {name: flat, require: twist == 0 or shoulder == 0}
+    machine:
+      rules:
+        - {name: no_way_back, forbid: next.shoulder < prev.shoulder}
+"""
+    artifact = arm(more)
+    report = analyze(artifact, 0.002)
+    counts = {removed.name: (removed.states, removed.arcs) for removed in report.constraints}
+    # the whole grid has 7 * 4 = 28 arcs; two levels of shoulder leave 4 * 4, and `flat` leaves 4 states
+    assert counts["arm.low"] == (2, 12)
+    kept = [(s, t) for s in range(3) for t in range(2) if t == 0 or s == 0]
+    arcs = sum(abs(a - c) <= 1 and abs(b - d) <= 1 for a, b in kept for c, d in kept)
+    assert counts["arm.flat"] == (2, 28 - arcs)
+    (rule,) = report.rules
+    assert rule.kind == "forbid" and rule.arcs == 2
+    assert report.machines[0].dead_ends == ("45/0",)
+
+
+def test_dead_ends_and_components_are_told() -> None:
+    text = HEAD.replace("levels: [0, 45, 90]", "spread: 1").replace("levels: [0, 90]", "value: 0")
+    more = """    machine:
+      states: {a: {shoulder: 0}, b: {shoulder: 45}, c: {shoulder: 90}}
+      arcs: [a <-> b, b -> c]
+"""
+    artifact, findings = compile_stages(Source("arm.yaml", text + more))
+    assert artifact is not None, findings
+    (machine,) = analyze(artifact, 0.002).machines
+    assert (machine.components, machine.dead_ends, machine.unreachable) == (2, ("c",), ())
+
+
+def test_a_report_is_text_json_and_a_picture(hand_report: Analysis) -> None:
+    text = analysis_text(hand_report)
+    assert "0/90/0 ~ 45/90/0" in text and "index.tip hidden" in text
+    again = json.loads(json.dumps(hand_report.json()))
+    assert [machine["name"] for machine in again["machines"]] == ["index", "middle", "ring", "little", "thumb"]
+    root = ET.fromstring(analysis_svg(hand_report))
+    marks = [each for each in root.iter() if each.tag.endswith("title")]
+    assert len(marks) == 2 * sum(len(s.pairs) for machine in hand_report.machines for s in machine.separations)
+    assert not re.search(r"nan|inf", text)
+
+
+@pytest.mark.parametrize(
+    "options", [{"noise": 0.0}, {"noise": float("nan")}, {"hidden": [("nose",)]}, {"measured": ["nose"]}, {"merge": 0.5}]
+)
+def test_what_cannot_be_asked_is_refused(options: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="token|noise"):
+        analyze(arm(), **options)  # type: ignore[arg-type]
