@@ -30,7 +30,7 @@ from gesturec.diagnostics.suggest import did_you_mean, nearest
 from gesturec.language.document import Mapping, Sequence, Text
 from gesturec.language.findings import Findings
 from gesturec.language.schema.leaf import Json, Leaf, Test, is_name, is_path, wrong_kind
-from gesturec.language.schema.leaves import NAME_JSON, PATH_JSON, Words
+from gesturec.language.schema.leaves import KEY_JSON, PATH_KEY_JSON, Words
 
 CLASS_WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
@@ -223,8 +223,8 @@ def without_none(value: Any) -> Any:
 
 
 Item = TypeVar("Item")
-Key: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, NAME_JSON, passes=False)]
-PathKey: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, PATH_JSON, passes=False)]
+Key: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, KEY_JSON, passes=False)]
+PathKey: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, PATH_KEY_JSON, passes=False)]
 Named: TypeAlias = Annotated[
     dict[Key, Item], container_check("a mapping with names", Mapping, is_name), AfterValidator(without_none)
 ]

@@ -371,7 +371,7 @@ class ModelFile(Block):
     """What the model is called."""
     units: Units | None = None
     """The units of bare numbers."""
-    include: leaves.Anything = None
+    include: leaves.Files = None
     """Files that bring in parameters, groups, templates and bindings."""
     parameters: Named[Parameter] = {}
     """Values that `--set` or a profile may change."""

@@ -9,6 +9,8 @@ from gesturec.language.schema import leaf as form
 from gesturec.language.schema.leaf import Json, Leaf
 
 NUMBER_JSON: Final[Json] = {"type": ["number", "string"]}
+KEY_JSON: Final[Json] = {"type": "string", "pattern": r"^[A-Za-z_][A-Za-z0-9_]*$"}
+PATH_KEY_JSON: Final[Json] = {"type": "string", "pattern": r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$"}
 NAME_JSON: Final[Json] = {"type": "string", "pattern": r"^\$?[A-Za-z_][A-Za-z0-9_]*$"}
 PATH_JSON: Final[Json] = {"type": "string", "pattern": r"^\$?[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*$"}
 PARAMETER_JSON: Final[Json] = {"type": "string", "pattern": r"^\$[A-Za-z_][A-Za-z0-9_]*$"}
@@ -95,6 +97,9 @@ TheirNames: TypeAlias = Annotated[
 ]
 Arguments: TypeAlias = Annotated[
     Sequence | Mapping | None, Leaf("arguments", form.is_arguments, any_of(list_of(NAME_JSON), {"type": "object", "propertyNames": NAME_JSON}), passes=False)
+]
+Files: TypeAlias = Annotated[
+    Node | None, Leaf("a list of files", form.is_anything, list_of({"type": "string"}), passes=False)
 ]
 Anything: TypeAlias = Annotated[Node | None, Leaf("a value", form.is_anything, {}, passes=True)]
 Version: TypeAlias = Annotated[Text | None, Leaf("a version", form.text_of("a version"), {"const": 1}, passes=False)]
