@@ -63,7 +63,8 @@ def check_gesture(pattern: tree.Pattern, place: scope.Scope, findings: Findings)
         message = "the pattern can be met by nothing happening"
         return findings.report("bad-pattern", message, pattern.span, "every step may be left out")
     suspect(walk, made, findings)
-    return CheckedGesture(tuple(walk.truths), walk.finished(made), pattern.span)
+    shape = walk.finished(made)
+    return CheckedGesture(tuple(walk.truths), shape, pattern.span)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +93,8 @@ class Patterns:
 
     def check(self, node: tree.Pattern, place: scope.Scope) -> Part | None:
         """A pattern in its scope."""
+        if self.steps > MOST_STEPS:
+            return None
         match node:
             case tree.Path():
                 return self.path(node, place)
