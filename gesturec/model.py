@@ -19,7 +19,7 @@ from gesturec.diagnostics.diagnostic import Diagnostic
 
 if TYPE_CHECKING:
     from gesturec.recordings.recording import Recording
-    from gesturec.runtime.decode import Decoding
+    from gesturec.runtime.step import Decoding
     from gesturec.runtime.session import Session
 
 

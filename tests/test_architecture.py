@@ -33,6 +33,8 @@ ORDER = (
     "modeltests",
     "scaffold",
     "view",
+    "analysis",
+    "reference",
     "cli",
 )
 """The rooms in the order of the pipeline; a room imports itself and earlier ones."""
