@@ -1,13 +1,15 @@
 """Read the hierarchy of a BVH: offsets and channels in their order, and how far the channels went in its take.
 
 In: a path. Out: a `Skeleton`. Every rotation channel becomes a hinge at its joint's offset, in the order of the
-channels; the channels of the root are the body's own motion. BVH names no unit: metres, as `gesturec` reads its
-recordings. Position channels of other joints stay at zero, which is how the format is nearly always used; so do the
-channels of helper joints, which sit at their parent's place and never move in the take.
+channels, as far as the take shows it or by default 90 degrees to either side; the channels of the root are the body's
+own motion. BVH names no unit: metres, as `gesturec` reads its recordings. Position channels of other joints stay at
+zero, which is how the format is nearly always used; so do the channels of helper joints, which sit at their parent's
+place and never move in the take.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -22,8 +24,8 @@ from gesturec.scaffold.xml_tree import read_bytes
 
 MAX_BYTES: Final = 256 << 20  # an hour of 60 joints at 120 Hz
 MAX_DEPTH: Final = 200
-DEFAULT: Final = np.pi / 2  # a rotation channel goes so far to either side, unless the take goes further
-LARGEST_ANGLE: Final = np.pi
+DEFAULT: Final = math.pi / 2  # a rotation channel goes so far to either side, unless a take shows how far it goes
+LEVEL: Final = 15  # deg; what a take shows is rounded outwards to multiples
 CHANNELS: Final = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
 
 
@@ -82,6 +84,8 @@ def read_bvh(path: Path) -> Skeleton:
     helpers = _rigid_helpers(reader.channels, seen)
     _put_ranges(reader.channels, seen)
     notes = ["BVH names no unit: metres are taken, as for recordings; `--set scale=0.01` makes them centimetres"]
+    if any(node.dof is not None and node.dof.comment for node, _ in reader.channels):
+        notes.append(f"ranges are what this take shows, rounded to {LEVEL} degrees: widen them to what the body can do")
     if helpers:
         notes.append(f"at their parent's place and still through the take, so rigid: {', '.join(helpers)}")
     if root.at.any():
@@ -89,7 +93,7 @@ def read_bvh(path: Path) -> Skeleton:
         root.at = ORIGIN
     if reader.positions:
         notes.append(f"position channels are taken to stay at zero: {', '.join(reader.positions)}")
-    return Skeleton(root, str(path), "BVH", tuple(notes), limb_per_node=True, endless=False, finest=30, binding="bvh")
+    return Skeleton(root, str(path), "BVH", tuple(notes), limb_per_node=True, endless=False, binding="bvh")
 
 
 def _joint(reader: _Reader, depth: int, *, is_root: bool = False) -> Node:
@@ -197,13 +201,23 @@ def _rigid_helpers(channels: list[tuple[Node, str]], seen: Floats | None) -> lis
 
 
 def _put_ranges(channels: list[tuple[Node, str]], seen: Floats | None) -> None:
-    """The default range, widened to what the take shows, whatever turns were counted."""
+    """What the take shows, rounded outwards, or the default range where there is no take in which anything moves."""
+    is_take = seen is not None and bool((seen[0] != seen[1]).any())
     for column, (node, _) in enumerate(channels):
         if node.dof is None:
             continue
         low, high, comment = -DEFAULT, DEFAULT, ""
-        if seen is not None:
-            shown = np.radians(seen[:, column])
-            low, high = max(min(low, shown[0]), -LARGEST_ANGLE), min(max(high, shown[1]), LARGEST_ANGLE)
+        if seen is not None and is_take:
+            low, high = _rounded(float(seen[0, column]), float(seen[1, column]))
             comment = f"in the take {seen[0, column]:.0f} to {seen[1, column]:.0f}"
-        node.dof = replace(node.dof, low=float(low), high=float(high), comment=comment)
+        node.dof = replace(node.dof, low=low, high=high, comment=comment)
+
+
+def _rounded(low: float, high: float) -> tuple[float, float]:
+    """A range in degrees, rounded outwards to whole levels, in rad; at least a level to either side of its middle."""
+    middle = round((low + high) / 2 / LEVEL)
+    first = min(math.floor(low / LEVEL), middle - 1)
+    last = max(math.ceil(high / LEVEL), middle + 1)
+    if (last - first) * LEVEL >= 360:
+        return -math.pi, math.pi
+    return math.radians(first * LEVEL), math.radians(last * LEVEL)

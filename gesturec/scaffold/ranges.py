@@ -33,7 +33,7 @@ class Cut(NamedTuple):
 def cut_dofs(dofs: list[Dof], skeleton: Skeleton) -> list[Cut]:
     """Levels of all free joints of a limb, the finest that stay within the limits."""
     cuts: list[Cut] = []
-    for coarseness in range(HINGE_EVERY.index(skeleton.finest), len(HINGE_EVERY)):
+    for coarseness in range(len(HINGE_EVERY)):
         cuts = [_cut(dof, coarseness, skeleton) for dof in dofs]
         steps = math.prod(3 * cut.levels - 2 for cut in cuts)
         if math.prod(cut.levels for cut in cuts) <= MAX_STATES and steps <= MAX_STEPS:

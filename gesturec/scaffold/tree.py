@@ -93,7 +93,6 @@ class Skeleton:
     default_low: float = -np.pi / 2  # of a hinge without limits that does not turn without end, rad
     default_high: float = np.pi / 2
     endless: bool = True  # a hinge without limits turns without end
-    finest: int = 15  # deg between levels, where the grid of a limb allows it
     binding: str | None = None  # recordings that name points as the file does: the binding's name
 
 

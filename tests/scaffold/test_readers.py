@@ -243,6 +243,24 @@ def test_a_switched_off_coupling_is_told(tmp_path: Path) -> None:
     assert any("`curl`" in note for note in read_mjcf(write(tmp_path, text)).notes)
 
 
+def test_a_take_gives_ranges_and_none_gives_the_default(tmp_path: Path) -> None:
+    text = model_from_file("body", write(tmp_path, sources.STICK), "bvh")
+    # Arm's first channel goes from 4 to 100 degrees, Leg's from -20 to 30; the others stay at 1 to 9
+    assert "joint: turn_y, axis: y, range: 0 .. 105, every: 15}  # in the take 4 to 100" in text
+    assert "axis: x, range: -30 .. 30, every: 15}  # in the take -20 to 30" in text
+    assert "joint: turn_z, axis: z, range: -15 .. 15, every: 15}  # in the take 1 to 1" in text
+    bare = model_from_file("body", write(tmp_path, sources.STICK.split("MOTION")[0]), "bvh")
+    assert bare.count("range: -90 .. 90") == 10
+
+
+def test_a_joint_that_only_the_format_needs_is_rigid(tmp_path: Path) -> None:
+    still = sources.STICK.replace("OFFSET 0.01 0.3 -0.02", "OFFSET 0 0 0").replace("0  1 2 3  ", "0  0 0 0  ")
+    text = model_from_file("body", write(tmp_path, still), "bvh")
+    assert "still through the take, so rigid: Chest" in text
+    assert "  Chest:\n    chain" not in text
+    assert "Chest: [0, 0, 0]" in text
+
+
 def test_names_become_names_of_the_language_once_each(tmp_path: Path) -> None:
     parts = [joint("1 st", "a", "b"), joint("in", "b", "c", inside="<axis xyz='0 0 1'/>" + LIMIT)]
     text = model_from_file("body", write(tmp_path, urdf(LINKS, *parts)), "urdf")
