@@ -50,7 +50,7 @@ def run(options: Namespace) -> int:
     session = session_options(options)
     jobs = plan_jobs(options)
     artifact = load_artifact(options.model, options)
-    check_binding(artifact, session)
+    check_binding(artifact, session, options.bind)
     waiting = [job for job in jobs if not (options.resume and job.is_done())]
     outcomes = run_jobs(artifact, waiting, session, options)
     _report(artifact, outcomes, len(jobs) - len(waiting), options)
@@ -83,14 +83,15 @@ def session_options(options: Namespace) -> dict[str, Any]:
     return session
 
 
-def check_binding(artifact: Artifact, session: dict[str, Any]) -> None:
+def check_binding(artifact: Artifact, session: dict[str, Any], given: str | None) -> None:
     """Refuse what the model itself does not have, before anything is read."""
     from gesturec.runtime.session import Session
 
     try:
         Session(artifact, **session)
     except (ValueError, TypeError) as error:  # a binding from a file may hold anything
-        raise UsageError(str(error)) from error
+        place = f"{given}: " if isinstance(session.get("bind"), dict) else ""
+        raise UsageError(f"{place}{error}") from error
 
 
 def _report(artifact: Artifact, outcomes: list[Outcome], skipped: int, options: Namespace) -> None:
