@@ -1,7 +1,7 @@
 """Every form of a model as canonical text: what `gesturec dump` prints and golden tests compare.
 
 In: a stage's product (any nesting of dataclasses, named tuples, mappings, lists and arrays). Out: JSON of
-sorted keys, a line a field. Places are written `file:line:column`; what has no value is left out.
+sorted keys, a line a field. Places are written `file:line:column`.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ from gesturec.expansion.graph import dead_ends, equal_states, unreachable
 
 NOISE: Final = 0.002  # m: what two cameras a metre away see
 MERGE: Final = 0.1  # error of deciding between two states from which on they are said to merge
-LISTED: Final = 100  # pairs of a machine that a report has, the worst
+LISTED: Final = 1000  # pairs of a machine that a report has, the worst
 
 
 def analyze(

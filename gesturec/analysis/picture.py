@@ -12,6 +12,7 @@ from xml.sax.saxutils import escape
 from gesturec.analysis.report import Analysis, MachineAnalysis, Separation
 
 SIDE, GAP, TITLE = 240, 28, 46  # px
+CAPTION = 52  # characters of a caption that fit over a map
 LEAST = 2.0  # px: a mark is never smaller
 INK, PAPER, FRAME = "#b2182b", "#ffffff", "#888888"
 
@@ -34,16 +35,19 @@ def analysis_svg(analysis: Analysis) -> str:
 
 def _map(machine: MachineAnalysis, separation: Separation, x: float, y: float) -> list[str]:
     hidden = f"{', '.join(separation.hidden)} hidden" if separation.hidden else "nothing hidden"
-    facts = f"{hidden}; {100 * separation.error:.0f} % wrong, {separation.merging:,} pairs merge"
+    facts = f"{100 * separation.error:.0f} % wrong, {separation.merging:,} pairs merge; {hidden}"
     top = y + TITLE
     cell = SIDE / machine.states
     place = {name: index for index, name in enumerate(machine.state_names)}
     parts = [
         _text(x, y + 20, f"{machine.name}, {machine.states:,} states", 13),
-        _text(x, y + 36, facts, 10),
+        _text(x, y + 36, facts if len(facts) <= CAPTION else f"{facts[: CAPTION - 1]}…", 10),
         f'<rect x="{x}" y="{top}" width="{SIDE}" height="{SIDE}" fill="none" stroke="{FRAME}"/>',
         f'<line x1="{x}" y1="{top}" x2="{x + SIDE}" y2="{top + SIDE}" stroke="{FRAME}" stroke-width="0.5"/>',
     ]
+    if not separation.seen:
+        parts.append(f'<rect x="{x}" y="{top}" width="{SIDE}" height="{SIDE}" fill="{INK}"/>')
+        return parts
     size = max(cell, LEAST)
     for pair in separation.pairs:
         label = f"{pair.one} ~ {pair.other}: {100 * pair.error:.0f} % wrong"

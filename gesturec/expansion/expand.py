@@ -16,6 +16,7 @@ from gesturec.artifact.kinematics import Chain, chain_of
 from gesturec.artifact.programs import Programs
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.chain import chain_columns, token_machine
+from gesturec.expansion.consistency import conflict_findings
 from gesturec.expansion.environment import Body, SetTable
 from gesturec.expansion.graph import equal_findings, graph_findings
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits, Refused, refuse_count
@@ -54,6 +55,9 @@ def expand_model(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Expans
     poses = _each(findings, lambda body, pose, _: expand_pose(body, pose), body, model.poses, limits)
     if relations is None or poses is None:
         return Expansion(None, tuple(findings))
+    conflicts = conflict_findings(body, relations)
+    if conflicts:
+        return Expansion(None, (*findings, *conflicts))
     findings.extend(_idle(results, relations))
     findings.extend(_empty_poses(body, poses))
     tables = BodyTables(body, columns, tuple(results), tuple(relations), tuple(poses))

@@ -170,11 +170,14 @@ def test_a_report_is_text_json_and_a_picture(hand_report: Analysis) -> None:
     marks = [each for each in root.iter() if each.tag.endswith("title")]
     assert len(marks) == 2 * sum(len(s.pairs) for machine in hand_report.machines for s in machine.separations)
     assert not re.search(r"nan|inf", text)
+    blind = analysis_svg(analyze(arm(), 0.002, [("arm.hand",)]))
+    assert "<title>" not in blind and "arm.hand hidden" in blind
 
 
 @pytest.mark.parametrize(
-    "options", [{"noise": 0.0}, {"noise": float("nan")}, {"hidden": [("nose",)]}, {"measured": ["nose"]}, {"merge": 0.5}]
+    "options",
+    [{"noise": 0.0}, {"noise": float("nan")}, {"hidden": [("nose",)]}, {"measured": ["nose"]}, {"merge": 0.5}],
 )
 def test_what_cannot_be_asked_is_refused(options: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="token|noise"):
+    with pytest.raises(ValueError, match=r"token|noise"):
         analyze(arm(), **options)  # type: ignore[arg-type]

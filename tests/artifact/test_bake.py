@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.expansion.bodies import FLEX, MM, SPAN, body, joint, levels, machine, paper_hand, token
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.bake import rebake
 from gesturec.expansion.expand import expand_model
 from gesturec.lowering.lowered import LoweredLimb, LoweredModel
+from tests.expansion.bodies import FLEX, MM, SPAN, body, joint, levels, machine, paper_hand, token
 
 
 def compiled(model: LoweredModel) -> Artifact:
@@ -30,7 +30,10 @@ def scaled(model: LoweredModel, factor: float) -> LoweredModel:
     for each in model.joints:
         moved = replace(each, at=times(each.at))
         if each.type == "slide":
-            grown = tuple(level._replace(value=level.value * factor, low=level.low * factor, high=level.high * factor) for level in each.levels)
+            grown = tuple(
+                level._replace(value=level.value * factor, low=level.low * factor, high=level.high * factor)
+                for level in each.levels
+            )
             moved = replace(moved, levels=grown)
         joints.append(moved)
     tokens = tuple(replace(each, at=times(each.at)) for each in model.tokens)
@@ -76,7 +79,9 @@ def test_the_lattice_can_be_cut_finer_and_coarser() -> None:
         assert np.allclose(low[1:], high[:-1])  # parts touch and fill the range
 
 
-@pytest.mark.parametrize("bad", [{"scale": 0.0}, {"scale": float("nan")}, {"joint_at": {"nose": (0, 0, 0)}}, {"refinement": 0}])
+@pytest.mark.parametrize(
+    "bad", [{"scale": 0.0}, {"scale": float("nan")}, {"joint_at": {"nose": (0, 0, 0)}}, {"refinement": 0}]
+)
 def test_what_is_no_body_is_refused(bad: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"."):
         rebake(compiled(paper_hand()), **bad)  # type: ignore[arg-type]

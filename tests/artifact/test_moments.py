@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.expansion.bodies import paper_hand
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.artifact.moments import ERROR, hermite_count, legendre_count
 from gesturec.expansion.expand import expand_model
+from tests.expansion.bodies import paper_hand
 
 SAMPLES = 20_000
 SEED = 20

@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.expansion.bodies import paper_hand
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import COLUMNS
@@ -24,6 +23,7 @@ from gesturec.artifact.manifest import canonical_json
 from gesturec.artifact.store import load, read_artifact, save, write_artifact
 from gesturec.diagnostics.errors import ArtifactError
 from gesturec.expansion.expand import expand_model
+from tests.expansion.bodies import paper_hand
 
 ROOT = Path(__file__).parents[2]
 CLAIM = 64 << 20  # bytes: no refusal may allocate this much, whatever a file claims
@@ -88,12 +88,15 @@ def test_a_saved_file_is_loaded(tmp_path: Path) -> None:
 @pytest.mark.parametrize("seed", ["0", "12345"])
 def test_another_process_with_another_hash_seed_writes_the_same_bytes(seed: str) -> None:
     code = (
-        "import hashlib; from tests.expansion.bodies import paper_hand; from gesturec.expansion.expand import expand_model;"
+        "import hashlib; from tests.expansion.bodies import paper_hand;"
+        "from gesturec.expansion.expand import expand_model;"
         "from gesturec.artifact.store import write_artifact;"
         "print(hashlib.sha256(write_artifact(expand_model(paper_hand()).artifact)).hexdigest())"
     )
     environment = {**os.environ, "PYTHONHASHSEED": seed, "OPENBLAS_NUM_THREADS": "1"}
-    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
+    run = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+    )
     assert run.stdout.strip() == hashlib.sha256(FILE).hexdigest()
 
 
@@ -125,14 +128,22 @@ def test_any_bytes_are_an_artifact_or_refused(data: bytes) -> None:
 
 
 JUNK = st.recursive(
-    st.none() | st.booleans() | st.integers(-(2**70), 2**70) | st.floats(allow_nan=False, allow_infinity=False) | st.text(max_size=5),
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**70), 2**70)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(max_size=5),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
     max_leaves=6,
 )
 
 
 @settings(max_examples=200, deadline=None)
-@given(name=st.sampled_from([column.name for column in COLUMNS]), key=st.sampled_from(["dtype", "shape", "data_offsets"]), value=JUNK)
+@given(
+    name=st.sampled_from([column.name for column in COLUMNS]),
+    key=st.sampled_from(["dtype", "shape", "data_offsets"]),
+    value=JUNK,
+)
 def test_any_claim_of_a_header_is_checked(name: str, key: str, value: Any) -> None:
     header, body = parts()
     if header[name][key] == value:
@@ -194,7 +205,20 @@ HUGE = 1 << 39
         with_manifest(states={}),
         with_manifest(bindings=[{"name": "x"}]),
     ],
-    ids=["empty", "all ones", "claims 2^62", "no metadata", "deep", "long number", "newer", "text", "key", "names", "states", "binding"],
+    ids=[
+        "empty",
+        "all ones",
+        "claims 2^62",
+        "no metadata",
+        "deep",
+        "long number",
+        "newer",
+        "text",
+        "key",
+        "names",
+        "states",
+        "binding",
+    ],
 )
 def test_hostile_files_are_refused_without_a_large_allocation(file: bytes) -> None:
     tracemalloc.start()

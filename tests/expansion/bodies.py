@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -28,9 +29,11 @@ MM, DEG = 1e-3, math.pi / 180
 FLEXION, ABDUCTION = (0, 30, 60, 90), (0, 45)
 
 
-def levels(values: Sequence[float], low: float = -math.inf, high: float = math.inf, unit: float = DEG) -> tuple[Level, ...]:
+def levels(
+    values: Sequence[float], low: float = -math.inf, high: float = math.inf, unit: float = DEG
+) -> tuple[Level, ...]:
     """Levels with cells halfway to their neighbours, cut off at low and high."""
-    gaps = [b - a for a, b in zip(values, values[1:], strict=False)] or [0.0]
+    gaps = [b - a for a, b in itertools.pairwise(values)] or [0.0]
     found = []
     for i, value in enumerate(values):
         below, above = gaps[max(i - 1, 0)] / 2, gaps[min(i, len(gaps) - 1)] / 2
@@ -59,10 +62,14 @@ def machine(name: str, limbs: Sequence[int], joints: Sequence[int], **given: Any
     return LoweredMachine(name=name, limbs=tuple(limbs), joints=tuple(joints), span=SPAN, **settings)
 
 
-def require(name: str, operations: Program, machines: Sequence[int], joints: Sequence[int], **given: Any) -> LoweredConstraint:
+def require(
+    name: str, operations: Program, machines: Sequence[int], joints: Sequence[int], **given: Any
+) -> LoweredConstraint:
     settings: dict[str, Any] = {"kind": "require", "cost": 0.0}
     settings.update(given)
-    return LoweredConstraint(name, program=operations, machines=tuple(machines), joints=tuple(joints), span=SPAN, **settings)
+    return LoweredConstraint(
+        name, program=operations, machines=tuple(machines), joints=tuple(joints), span=SPAN, **settings
+    )
 
 
 def pose(name: str, operations: Program, machines: Sequence[int], **given: Any) -> LoweredPose:
@@ -95,7 +102,9 @@ def body(
         "parameters": {},
     }
     settings.update(given)
-    return LoweredModel(joints=tuple(joints), tokens=tuple(tokens), limbs=tuple(limbs), machines=tuple(machines), **settings)
+    return LoweredModel(
+        joints=tuple(joints), tokens=tuple(tokens), limbs=tuple(limbs), machines=tuple(machines), **settings
+    )
 
 
 PALM = {

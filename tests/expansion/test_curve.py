@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
-from tests.expansion.bodies import SPAN
 
 from gesturec.expansion.curve import natural_spline, periodic_spline, phase_samples, sample_names
 from gesturec.lowering.lowered import LoweredCycle, Phase
+from tests.expansion.bodies import SPAN
 
-KEYS = st.lists(st.integers(0, 99), min_size=2, max_size=8, unique=True).map(lambda places: np.array(sorted(places)) / 100)
+KEYS = st.lists(st.integers(0, 99), min_size=2, max_size=8, unique=True).map(
+    lambda places: np.array(sorted(places)) / 100
+)
 
 
 @given(KEYS, st.integers(0, 1000))
@@ -20,14 +22,18 @@ def test_a_periodic_spline_is_scipys(at: np.ndarray, seed: int) -> None:
     value = np.random.default_rng(seed).normal(size=len(at))
     where = np.linspace(0, 1, 50, endpoint=False)
     wanted = CubicSpline(np.r_[at, at[0] + 1], np.r_[value, value[0]], bc_type="periodic")
-    assert np.allclose(periodic_spline(at, value, where), wanted((where - at[0]) % 1 + at[0]), atol=1e-6 * np.abs(value).max() * 1e3)
+    assert np.allclose(
+        periodic_spline(at, value, where), wanted((where - at[0]) % 1 + at[0]), atol=1e-6 * np.abs(value).max() * 1e3
+    )
 
 
 @given(KEYS, st.integers(0, 1000))
 def test_a_natural_spline_is_scipys(at: np.ndarray, seed: int) -> None:
     value = np.random.default_rng(seed).normal(size=len(at))
     where = np.linspace(at[0], at[-1], 50)
-    assert np.allclose(natural_spline(at, value, where), CubicSpline(at, value, bc_type="natural")(where), atol=1e-9 * 1e3)
+    assert np.allclose(
+        natural_spline(at, value, where), CubicSpline(at, value, bc_type="natural")(where), atol=1e-9 * 1e3
+    )
 
 
 def cycle(samples: int, phases: tuple[Phase, ...]) -> LoweredCycle:

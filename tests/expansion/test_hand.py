@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.expansion.bodies import FINGERS, THUMB_REST, paper_hand
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.store import write_artifact
 from gesturec.expansion.expand import expand_model
+from tests.expansion.bodies import FINGERS, THUMB_REST, paper_hand
 
 
 @pytest.fixture(scope="module")

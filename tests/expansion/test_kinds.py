@@ -56,7 +56,12 @@ def test_a_cycle_goes_round_forwards() -> None:
 
 
 def test_reverse_goes_back_too_and_a_path_has_ends() -> None:
-    path = CYCLE.replace("cycle:", "path:").replace("period", "duration").replace("75: 0", "75: 0, 100: 10").replace("50: 40", "50: 40, 100: 0")
+    path = (
+        CYCLE.replace("cycle:", "path:")
+        .replace("period", "duration")
+        .replace("75: 0", "75: 0, 100: 10")
+        .replace("50: 40", "50: 40, 100: 0")
+    )
     tables = compiled(path + "reverse: true").machine(0)
     n = tables.state_names
     forward = {(n[i], n[i + 1]) for i in range(3)}
@@ -64,7 +69,9 @@ def test_reverse_goes_back_too_and_a_path_has_ends() -> None:
 
 
 def test_states_stand_beside_a_cycle_and_arcs_connect_phases() -> None:
-    artifact = compiled(CYCLE + "states: {rest: {shoulder: 5, elbow: 5}}\narcs: [rest -> up, down -> rest]\ndwell: {up: 100 ms ..}")
+    artifact = compiled(
+        CYCLE + "states: {rest: {shoulder: 5, elbow: 5}}\narcs: [rest -> up, down -> rest]\ndwell: {up: 100 ms ..}"
+    )
     tables = artifact.machine(0)
     assert np.isnan(tables.at[4]) and tables.state_names[4] == "rest"
     extra = {arc for arc in arcs(tables) if "rest" in arc and arc != ("rest", "rest")}

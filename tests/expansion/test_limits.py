@@ -7,17 +7,19 @@ import tracemalloc
 from typing import Any
 
 import pytest
-from tests.expansion.bodies import DEG, SPAN, body, joint, levels, machine, program, require, token
 
 from gesturec.expansion.expand import expand_model
 from gesturec.expansion.limits import Limits
 from gesturec.lowering.lowered import LoweredConstraint, LoweredLimb, LoweredModel
+from tests.expansion.bodies import DEG, SPAN, body, joint, levels, machine, program, require, token
 
 TEN = range(0, 100, 10)
 
 
 def chain(count: int, constraints: tuple[LoweredConstraint, ...] = (), step: str = "single") -> LoweredModel:
-    joints = [joint(f"a.j{i}", 0, i, (0, 0, 1), at=(0.03, 0.0, 0.0), levels=levels(list(TEN), 0, 90)) for i in range(count)]
+    joints = [
+        joint(f"a.j{i}", 0, i, (0, 0, 1), at=(0.03, 0.0, 0.0), levels=levels(list(TEN), 0, 90)) for i in range(count)
+    ]
     tokens = [token("root", None, 0), token("a.tip", 0, count, (30, 0, 0))]
     machines = [machine("a", [0], range(count), step=step)]
     return body(joints, tokens, [LoweredLimb("a", 0, 0, SPAN)], machines, constraints=constraints)
@@ -48,7 +50,14 @@ def test_a_trillion_combinations_are_refused_at_once(constraints: tuple[LoweredC
 
 def test_a_hundred_million_combinations_with_few_survivors_expand() -> None:
     near = [
-        require(f"near{i}", program(("joint", i), ("joint", i + 1), ("subtract",), ("abs",), ("constant", 0, 11 * DEG), ("less_equal",)), [0], [i, i + 1])
+        require(
+            f"near{i}",
+            program(
+                ("joint", i), ("joint", i + 1), ("subtract",), ("abs",), ("constant", 0, 11 * DEG), ("less_equal",)
+            ),
+            [0],
+            [i, i + 1],
+        )
         for i in range(7)
     ]
     artifact = expand_model(chain(8, (*near, at_most(300, *range(8))))).artifact
