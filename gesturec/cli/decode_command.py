@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import SUPPRESS, ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--scale", type=scale, metavar="auto|X", help="size of the body over the model's (default: auto)"
     )
     parser.add_argument("-j", "--jobs", type=count, default=1, metavar="N", help="recordings that are decoded at once")
+    parser.add_argument("--cluster", metavar="ADDRESS", help=SUPPRESS)
     parser.add_argument("--resume", action="store_true", help="leave out recordings whose states are there already")
     parser.add_argument("--json", action="store_true", help="the summary as JSON")
 
@@ -47,6 +48,8 @@ def run(options: Namespace) -> int:
     """Decode every recording, and say what came out."""
     from gesturec.cli.decoding import plan_jobs, run_jobs
 
+    if options.cluster is not None:
+        raise UsageError("--cluster is not built yet; -j N decodes in processes of this machine")
     session = session_options(options)
     jobs = plan_jobs(options)
     artifact = load_artifact(options.model, options)

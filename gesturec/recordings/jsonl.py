@@ -125,6 +125,8 @@ def _time(value: dict[str, Any], path: str, row: int) -> float:
 def _points(value: dict[str, Any], path: str, row: int) -> dict[str, Point]:
     """The points of a frame that are seen."""
     points = value.get("points")
+    if points is None and "detections" in value:
+        raise InputError("unlabelled detections are not built yet", path, row)
     if not isinstance(points, dict):
         raise InputError('the frame has no "points" by name', path, row)
     seen = {}

@@ -21,6 +21,9 @@ from gesturec.recordings.stereo import triangulate
 from gesturec.recordings.text import median_rate
 from gesturec.recordings.wide_csv import read_table
 
+NOT_BUILT: Final = {".jsonl": "unlabelled detections", "": "images", ".mp4": "videos"}
+"""What the interface names beside tables, by its suffix."""
+
 SAME_TIME: Final = 0.25
 """Frames of two cameras closer than this share of the frame period are one frame."""
 
@@ -38,6 +41,7 @@ def load_stereo_folder(folder: Path, options: ReadOptions) -> Recording:
     rig = load_rig(options.rig if options.rig is not None else _own_rig(folder))
     found = [camera for camera in rig.cameras if (folder / f"{camera.name}.csv").is_file()]
     if len(found) < 2:
+        _refuse_not_built(folder, rig)
         wanted = ", ".join(f"`{camera.name}.csv`" for camera in rig.cameras)
         raise InputError(f"the folder has {len(found)} of the rig's tables ({wanted}), and two are needed", folder)
     rig = Rig(tuple(found), rig.rate)
@@ -55,6 +59,14 @@ def load_stereo_folder(folder: Path, options: ReadOptions) -> Recording:
         covariance=solved.covariance,
         notes=(f"triangulated from {len(found)} cameras; pixel noise {solved.noise_px:.2g} px, {told}",),
     )
+
+
+def _refuse_not_built(folder: Path, rig: Rig) -> None:
+    """Say so where a camera has something else than a table of labelled pixels."""
+    for camera in rig.cameras:
+        for suffix, what in NOT_BUILT.items():
+            if (folder / f"{camera.name}{suffix}").exists():
+                raise InputError(f"{what} (`{camera.name}{suffix}`) are not built yet", folder)
 
 
 def _own_rig(folder: Path) -> Path:

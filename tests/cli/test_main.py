@@ -57,6 +57,7 @@ def test_every_command_has_its_module_and_its_help(capsys: Capture) -> None:
         (["decode", "hand", "a.csv", "-o", "out", "--noise", "2furlong"], "not a length"),
         (["decode", "hand", "a.csv", "-o", "out", "--lag=-1s"], "negative"),
         (["decode", "hand", "a.csv", "-o", "out", "--scale", "0"], "above zero"),
+        (["decode", "hand", "a.csv", "-o", "out", "--cluster", "tcp://here"], "not built yet"),
         (["simulate", "hand", "-o", "a.csv"], "required"),
         (["simulate", "hand", "--random", "-o", "a.xlsx"], "`.xlsx`"),
         (["simulate", "hand", "--random", "-o", "a.csv", "--noise-px", "1"], "needs --rig"),

@@ -43,6 +43,7 @@ def test_a_header_and_points_that_come_and_go(tmp_path: Path) -> None:
         ('{"time": "0", "points": {"a": [1, 2, 3]}}\n', 1, '"time" must be a number'),
         ('{"time": 0}\n', 1, 'no "points"'),
         ('{"time": 0, "points": {"a": [1, 2, 3]}}\n{"points": {}}\n', 2, 'no "time"'),
+        ('{"time": 0, "detections": [[1, 2]]}\n', 1, "not built yet"),
         ('{"units": 3}\n{"time": 0, "points": {"a": [1, 2, 3]}}\n', 1, '"units" must be'),
         ("[" * 100_000 + "\n", 1, "not JSON"),
     ],

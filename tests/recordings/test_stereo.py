@@ -134,6 +134,10 @@ def test_a_folder_without_a_rig_or_with_one_table_is_refused(tmp_path: Path, rig
         read(tmp_path / "take")
     (tmp_path / "take" / "left.csv").unlink()
     (tmp_path / "take" / "above.csv").unlink()
+    (tmp_path / "take" / "left.mp4").touch()
+    with pytest.raises(InputError, match=r"videos .* not built yet"):
+        read(tmp_path / "take", rig=tmp_path / "rig.yaml")
+    (tmp_path / "take" / "left.mp4").unlink()
     with pytest.raises(InputError, match="has 1 of the rig's tables"):
         read(tmp_path / "take", rig=tmp_path / "rig.yaml")
 
