@@ -88,10 +88,7 @@ def compile_stages(
     limits: Limits = DEFAULT_LIMITS,
 ) -> Compilation:
     """Run all stages as far as they go; ModelError only where there is no text to speak of."""
-    product: object = None
-    findings: tuple[Diagnostic, ...] = ()
-    for _, product, findings in iterate_stages(source, set, profile, limits):
-        pass
+    *_, (_, product, findings) = iterate_stages(source, set, profile, limits)
     return Compilation(product if isinstance(product, Artifact) else None, findings)
 
 

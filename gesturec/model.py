@@ -19,8 +19,8 @@ from gesturec.diagnostics.diagnostic import Diagnostic
 
 if TYPE_CHECKING:
     from gesturec.recordings.recording import Recording
-    from gesturec.runtime.step import Decoding
     from gesturec.runtime.session import Session
+    from gesturec.runtime.step import Decoding
 
 
 @dataclass(frozen=True, eq=False, repr=False)
