@@ -14,7 +14,20 @@ from gesturec.checks.body import BodyJoint, BodyLimb, BodyToken
 from gesturec.checks.colors import color_of
 from gesturec.checks.environment import Environment
 from gesturec.checks.joints import value_fields
-from gesturec.checks.rotations import AXES, IDENTITY, ORIGIN, Matrix, Vector, about, add, apply, from_axes, from_quaternion, product, unit
+from gesturec.checks.rotations import (
+    AXES,
+    IDENTITY,
+    ORIGIN,
+    Matrix,
+    Vector,
+    about,
+    add,
+    apply,
+    from_axes,
+    from_quaternion,
+    product,
+    unit,
+)
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.expressions.units import ANGLE, LENGTH, PURE, Units
@@ -133,10 +146,14 @@ def report_rest_keys(node: Mapping, keys: set[str], environment: Environment) ->
     form = "a rest is two of `x`, `y`, `z`, or `turns`, or `quaternion`"
     for key in node:
         if key not in known and not key.startswith("x-"):
-            environment.findings.report("unknown-key", f"a rest has no key `{key}`", key.span, help=did_you_mean(key, known))
+            environment.findings.report(
+                "unknown-key", f"a rest has no key `{key}`", key.span, help=did_you_mean(key, known)
+            )
             return
     span = next(iter(node)).span if node else node.span
-    environment.findings.report("bad-rest", f"{form}; here is {', '.join(f'`{key}`' for key in sorted(keys)) or 'nothing'}", span)
+    environment.findings.report(
+        "bad-rest", f"{form}; here is {', '.join(f'`{key}`' for key in sorted(keys)) or 'nothing'}", span
+    )
 
 
 def axes_of(node: Mapping, environment: Environment) -> Matrix:
@@ -151,9 +168,9 @@ def axes_of(node: Mapping, environment: Environment) -> Matrix:
     return matrix or IDENTITY
 
 
-def turns_of(node: Node, environment: Environment) -> Matrix:
+def turns_of(given: Node, environment: Environment) -> Matrix:
     """The rotation of turns, each about the axis as already turned."""
-    node, environment = values.whole(node, environment)
+    node, environment = values.whole(given, environment)
     matrix = IDENTITY
     for turn in node if isinstance(node, Sequence) else [node]:
         if not isinstance(turn, Sequence) or len(turn) != 2:
@@ -165,9 +182,9 @@ def turns_of(node: Node, environment: Environment) -> Matrix:
     return matrix
 
 
-def quaternion_of(node: Node, environment: Environment) -> Matrix:
+def quaternion_of(given: Node, environment: Environment) -> Matrix:
     """The rotation of `[x, y, z, w]`."""
-    node, environment = values.whole(node, environment)
+    node, environment = values.whole(given, environment)
     if not isinstance(node, Sequence) or len(node) != 4:
         if node is not None:
             wrong_kind(node, "a quaternion `[x, y, z, w]`", environment.findings)

@@ -156,11 +156,11 @@ def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
 
 def blind_limbs(body: ResolvedBody) -> Iterator[BodyLimb]:
     """Limbs with a machine of their own and no token that is measured, on them or on what hangs from them."""
-    carried: set[str] = {token.limb for token in tokens_of(body).values() if token.limb and not token.virtual and token.joint >= 0}
+    carried: set[str] = {
+        token.limb for token in tokens_of(body).values() if token.limb and not token.virtual and token.joint >= 0
+    }
     for _ in body.limbs:
         carried |= {limb.parent[0] for limb in body.limbs.values() if limb.parent and limb.name in carried}
     for limb in body.limbs.values():
         if limb.machine == limb.name and limb.name not in carried and not limb.is_hole:
             yield limb
-
-

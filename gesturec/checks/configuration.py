@@ -68,7 +68,9 @@ def limb_entries(node: Mapping, body: ResolvedBody, environment: Environment, wh
     return [chosen(name, own, by_group, environment) for name in body.limbs if name in own or name in by_group]
 
 
-def group_entries(key: Text, value: Mapping | Text, body: ResolvedBody, environment: Environment) -> Iterator[LimbEntry]:
+def group_entries(
+    key: Text, value: Mapping | Text, body: ResolvedBody, environment: Environment
+) -> Iterator[LimbEntry]:
     """One entry for each limb of a group."""
     for member in body.groups[str(key)]:
         if member in body.limbs:
@@ -102,7 +104,9 @@ def report_key(key: Text, body: ResolvedBody, environment: Environment, what: st
     help = did_you_mean(key, known)
     if dot and limb_name in body.limbs:
         help = f"write `{limb_name}: {{…}}` with the joint inside"
-    environment.findings.report("unknown-limb", f"the {what} names no limb or group: `{key}`", key.span, "no limb or group", help)
+    environment.findings.report(
+        "unknown-limb", f"the {what} names no limb or group: `{key}`", key.span, "no limb or group", help
+    )
 
 
 def joint_wishes(node: Mapping, limb: BodyLimb, environment: Environment, what: str) -> list[Wish]:
@@ -116,7 +120,9 @@ def joint_wishes(node: Mapping, limb: BodyLimb, environment: Environment, what: 
             if not limb.is_hole:
                 known = [*(item.name for item in limb.joints), WHEN]
                 message = f"the {what} names a joint that limb `{limb.name}` does not have: `{key}`"
-                environment.findings.report("unknown-joint", message, key.span, "no such joint", did_you_mean(key, known))
+                environment.findings.report(
+                    "unknown-joint", message, key.span, "no such joint", did_you_mean(key, known)
+                )
             continue
         wish = wish_of(joint, value, environment)
         if wish is not None:
@@ -185,7 +191,9 @@ def report_level(joint: BodyJoint, text: str, span: Span, environment: Environme
     near = did_you_mean(text, [label for label in labels if not label[:1].isdigit() and label[:1] != "-"])
     listed = "its levels are " + ", ".join(labels) if labels else "its values are numbers"
     message = f"`{text}` is not a level of joint `{joint.name}`"
-    environment.findings.report("unknown-level", message, span, "", near or f"{listed}; a tolerance is written `{text} +- 5`")
+    environment.findings.report(
+        "unknown-level", message, span, "", near or f"{listed}; a tolerance is written `{text} +- 5`"
+    )
 
 
 def exactly(joint: BodyJoint, value: float, span: Span) -> Wish:
@@ -234,4 +242,3 @@ def path_to(joint: BodyJoint, span: Span) -> tree.Path:
 def number_at(joint: BodyJoint, value: float, span: Span) -> tree.Expr:
     """A value in SI as an expression."""
     return tree.Number(value, "rad" if joint.kind == ANGLE else "m", span, span)
-

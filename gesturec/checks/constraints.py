@@ -53,7 +53,9 @@ def constraints_of(
         cost = 1.0 if kind != "prefer" else prefer_cost(block.cost, scope.environment)
         built = expressed(node, kind, scope)
         if built is not None:
-            yield BodyConstraint(full, kind, built, cost, limb.name if limb is not None else None, place_of(block, node))
+            yield BodyConstraint(
+                full, kind, built, cost, limb.name if limb is not None else None, place_of(block, node)
+            )
 
 
 def place_of(block: Constraint | Rule, node: Text | None) -> Span:
@@ -75,7 +77,9 @@ def constraint_kind(block: Constraint, findings: Findings) -> ConstraintKind | N
         return "prefer"
     if not cost:
         keys = [key for key in block.further if not key.startswith("x-")]
-        if not any(nearest(key, ("require", "prefer", "cost")) for key in keys) and not block.is_hole("require", "prefer", "cost"):
+        if not any(nearest(key, ("require", "prefer", "cost")) for key in keys) and not block.is_hole(
+            "require", "prefer", "cost"
+        ):
             message = "a constraint needs one of `require`, `prefer`, `cost`"
             findings.report("missing-key", message, block.start, "none is here")
         return None

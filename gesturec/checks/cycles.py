@@ -10,6 +10,7 @@ import io
 import math
 import os
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyCycle, BodyJoint, BodyKeys, BodyLimb, BodyPhase
@@ -52,7 +53,11 @@ def name_of(joint: BodyJoint, is_own: bool) -> str:
 def curve_times(curve: Cycle | Path, environment: Environment) -> tuple[float, float]:
     """`period` or `duration`."""
     node = curve.period if isinstance(curve, Cycle) else curve.duration
-    found = values.interval(node, environment, TIME) if node is not None and ".." in node or node is None else one_time(node, environment)
+    found = (
+        values.interval(node, environment, TIME)
+        if (node is not None and ".." in node) or node is None
+        else one_time(node, environment)
+    )
     if found is None:
         return 1.0, 1.0
     if found[0] <= 0 and node is not None:
@@ -71,15 +76,16 @@ def one_time(node: Node, environment: Environment) -> tuple[float, float] | None
     return None if value is None else (value, value)
 
 
-def build_keys(curve: Cycle | Path, joints: dict[str, BodyJoint], closed: bool, environment: Environment) -> Iterator[BodyKeys]:
+def build_keys(
+    curve: Cycle | Path, joints: dict[str, BodyJoint], closed: bool, environment: Environment
+) -> Iterator[BodyKeys]:
     """The keys of every joint that has some."""
-    node = curve.keys
+    node, environment = values.whole(curve.keys, environment) if curve.keys is not None else (None, environment)
+    columns: dict[Text, Node] = {}
     if isinstance(node, Text):
-        node, environment = values.whole(node, environment)  # type: ignore[assignment]
-    if isinstance(node, Text):
-        columns = file_keys(node, environment)
-    else:
-        columns = {key: value for key, value in node.items()} if isinstance(node, Mapping) else {}
+        columns.update(file_keys(node, environment))
+    elif isinstance(node, Mapping):
+        columns.update(node)
     for key, value in columns.items():
         joint = joints.get(key)
         if joint is None:
@@ -117,10 +123,14 @@ def check_places(joint: BodyJoint, key: Text, pairs: Pairs, closed: bool, enviro
     findings = environment.findings
     for at, _, span in pairs:
         if not 0 <= at <= 1 or (closed and at == 1):
-            message = "a key of a cycle lies from 0 to below 100 per cent" if closed else "a key of a path lies from 0 to 100 per cent"
+            message = (
+                "a key of a cycle lies from 0 to below 100 per cent"
+                if closed
+                else "a key of a path lies from 0 to 100 per cent"
+            )
             findings.report("bad-keys", message, span)
             return False
-    for (before, _, _), (at, _, span) in zip(pairs, pairs[1:], strict=False):
+    for (before, _, _), (at, _, span) in pairwise(pairs):
         if at - before < 1e-9:
             findings.report("bad-keys", f"joint `{joint.name}` has two keys at one place", span)
             return False
@@ -129,7 +139,9 @@ def check_places(joint: BodyJoint, key: Text, pairs: Pairs, closed: bool, enviro
         return False
     if not closed and (pairs[0][0] != 0 or pairs[-1][0] != 1):
         missing = "0" if pairs[0][0] != 0 else "100"
-        findings.report("bad-keys", f"a path has keys at 0 and 100, and joint `{joint.name}` has none at {missing}", key.span)
+        findings.report(
+            "bad-keys", f"a path has keys at 0 and 100, and joint `{joint.name}` has none at {missing}", key.span
+        )
         return False
     return True
 
@@ -183,8 +195,10 @@ def build_phases(node: Mapping, environment: Environment) -> tuple[BodyPhase, ..
     starts = [*leaf_starts(node, environment)]
     findings = environment.findings
     if starts and starts[0][1] > 1e-12:
-        findings.report("bad-phases", "the first phase begins at 0", starts[0][2], f"begins at {starts[0][1] * PER_CENT:g}")
-    for (name, before, _), (other, at, span) in zip(starts, starts[1:], strict=False):
+        findings.report(
+            "bad-phases", "the first phase begins at 0", starts[0][2], f"begins at {starts[0][1] * PER_CENT:g}"
+        )
+    for (name, before, _), (other, at, span) in pairwise(starts):
         if at - before < 1e-9:
             message = f"phase `{other}` begins with phase `{name}`"
             findings.report("bad-phases", message, span)
@@ -235,7 +249,7 @@ def nested(node: Mapping, environment: Environment, ends: dict[str, float]) -> I
 
 def check_adjacent(name: str, parts: tuple[BodyPhase, ...], environment: Environment) -> None:
     """A phase made of phases is one stretch."""
-    for before, after in zip(parts, parts[1:], strict=False):
+    for before, after in pairwise(parts):
         if not math.isclose(before.end, after.start, abs_tol=1e-9):
             message = f"phase `{name}` is made of `{before.name}` and `{after.name}`, which do not follow each other"
             environment.findings.report("bad-phases", message, after.span)

@@ -31,7 +31,7 @@ class WrittenGesture:
     full: str
     limb: BodyLimb | None
     key: Text
-    block: Gesture
+    block: Gesture | None  # None: reported already
     environment: Environment
 
 
@@ -50,7 +50,13 @@ class Gestures:
         if written is None:
             return None
         pattern = self.pattern(written)
-        return Hole() if pattern is None else GestureSymbol(full, pattern, self.scope(written), written.limb.name if written.limb is not None else None)
+        return (
+            Hole()
+            if pattern is None
+            else GestureSymbol(
+                full, pattern, self.scope(written), written.limb.name if written.limb is not None else None
+            )
+        )
 
     def scope(self, written: WrittenGesture) -> BodyScope:
         """What a gesture sees."""
@@ -63,7 +69,7 @@ class Gestures:
         return self.parsed[written.full]
 
     def parse(self, written: WrittenGesture) -> tree.Pattern | None:
-        node = written.block.pattern
+        node = written.block.pattern if written.block is not None else None
         if is_passed(node):
             assert node is not None
             found, _ = values.whole(node, written.environment)
@@ -86,6 +92,8 @@ class Gestures:
     def one(self, written: WrittenGesture) -> BodyGesture | None:
         """Check one gesture."""
         environment, block = written.environment, written.block
+        if block is None:
+            return None
         cooldown = values.positive(block.cooldown, environment, TIME, zero=True)
         patience = values.positive(block.patience, environment, TIME, zero=True)
         pattern = self.pattern(written)

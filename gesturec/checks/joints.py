@@ -6,6 +6,7 @@ In: the entry of a chain and what it sees. Out: the fields of a `BodyJoint` that
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 from gesturec.checks import values
@@ -72,7 +73,7 @@ def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels
     if entry.range is not None:
         suspect_radians(entry.range, environment, kind, max(abs(low), abs(high)))
     wrap = values.truth(entry.wrap, environment)
-    fields = {"source": source_of(entry), "low": low, "high": high, "wrap": wrap}
+    fields: dict[str, Any] = {"source": source_of(entry), "low": low, "high": high, "wrap": wrap}
     if entry.levels is not None:
         fields["levels"] = listed_levels(entry.levels, environment, kind, labels, (low, high))
     elif entry.has("range") and (entry.has("every") or entry.has("count")) and math.isfinite(high - low):
@@ -107,7 +108,9 @@ def is_full_turn(entry: JointEntry, environment: Environment, kind: Kind, low: f
         return True
     message = "`wrap` joins the ends of a full turn, and this range is none"
     related = (Related("this range", entry.key("range")),)
-    environment.findings.report("not-a-full-turn", message, entry.key("wrap"), "", "use a range such as -180 .. 180", related)
+    environment.findings.report(
+        "not-a-full-turn", message, entry.key("wrap"), "", "use a range such as -180 .. 180", related
+    )
     return False
 
 
@@ -154,7 +157,7 @@ def report_order(
 ) -> None:
     """Report a level that does not rise above the one before, or that lies outside the range."""
     ordered = sorted(known, key=lambda item: item[1]) if is_named else known
-    for (_, before, span), (_, value, place) in zip(ordered, ordered[1:], strict=False):
+    for (_, before, span), (_, value, place) in pairwise(ordered):
         if value <= before + SAME * max(abs(before), abs(value)):
             message = f"levels rise, and {label_of(value, kind, labels)} comes after {label_of(before, kind, labels)}"
             related = (Related("not above this", span),)
@@ -195,7 +198,9 @@ def steps_of(entry: JointEntry, environment: Environment, kind: Kind, width: flo
     if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
         message = f"the range is {steps:.4g} times `{entry.every}`; it must be a whole number of times"
         related = (Related("this range", entry.key("range")),)
-        environment.findings.report("uneven-range", message, entry.every.span, "", "use `count`, or another range", related)
+        environment.findings.report(
+            "uneven-range", message, entry.every.span, "", "use `count`, or another range", related
+        )
         return None
     return round(steps) + 1
 
@@ -205,11 +210,11 @@ def suspect_radians(node: Node, environment: Environment, kind: Kind, largest: f
     degrees = largest / Units(angle="deg").factor(ANGLE)
     if kind != ANGLE or environment.units.angle != "deg" or not 0 < degrees <= RADIANS_SUSPECTED:
         return
-    texts = [node] if isinstance(node, Text) else [item for item in (node.values() if isinstance(node, Mapping) else node)]
+    texts = [node] if isinstance(node, Text) else list(node.values() if isinstance(node, Mapping) else node)
     text = " ".join(str(item) for item in texts)
     if any(unit in text for unit in ("deg", "rad", "rev", "$")) or "." not in text.replace("..", ""):
         return
     message = f"the largest of these angles is {degrees:.4g} deg, which looks like radians"
-    environment.findings.report("radians-suspected", message, node.span, "degrees in this file", "write the unit: `1.57 rad`")
-
-
+    environment.findings.report(
+        "radians-suspected", message, node.span, "degrees in this file", "write the unit: `1.57 rad`"
+    )

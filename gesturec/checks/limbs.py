@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from gesturec.checks import values
 from gesturec.checks.body import BodyLimb, ResolvedBody, Section
 from gesturec.checks.chain import build_chain
 from gesturec.checks.environment import Environment, Given
 from gesturec.checks.parameters import Settled
 from gesturec.diagnostics.diagnostic import Related
+from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
@@ -49,17 +51,22 @@ class Plan:
     blocks: tuple[Limb, ...]  # whose sections count, the original's first
 
 
-def templates_of(model: Model, settled: Settled, findings: Findings) -> dict[str, TemplateOf]:
-    """Every template of the model and its includes; a name twice is an error."""
-    found: dict[str, TemplateOf] = {}
+Templates = dict[str, TemplateOf | None]
+
+
+def templates_of(model: Model, settled: Settled, findings: Findings) -> Templates:
+    """Every template of the model and its includes, None for one that is wrong; a name twice is an error."""
+    found: dict[str, TemplateOf | None] = {}
     for part in model.parts:
         for key, block in part.block.templates.items():
-            if key in found:
-                related = (Related("first here", found[key].key.span),)
+            first = found.get(key)
+            if first is not None:
+                related = (Related("first here", first.key.span),)
                 findings.report("duplicate-name", f"two templates are called `{key}`", key.span, "", None, related)
                 continue
-            found[str(key)] = template = TemplateOf(key, block, settled.of(part))
-            check_arguments(template, findings)
+            found[str(key)] = None if block is None else TemplateOf(key, block, settled.of(part))
+            if block is not None:
+                check_arguments(TemplateOf(key, block, settled.of(part)), findings)
     return found
 
 
@@ -71,7 +78,9 @@ def check_arguments(template: TemplateOf, findings: Findings) -> None:
         if not isinstance(key, Text):
             continue
         if key in Limb.keys_known():
-            findings.report("reserved-name", f"an argument cannot be called `{key}`, which is a key of a limb", key.span)
+            findings.report(
+                "reserved-name", f"an argument cannot be called `{key}`, which is a key of a limb", key.span
+            )
         if (parameter := template.environment.find(key)) is not None:
             related = (Related("the parameter", parameter.place),) if parameter.place.source.text else ()
             message = f"the argument `{key}` has the name of a parameter: `${key}` would mean two things"
@@ -82,8 +91,8 @@ def check_arguments(template: TemplateOf, findings: Findings) -> None:
         seen[str(key)] = key
 
 
-def build_limbs(body: ResolvedBody, settled: Settled, findings: Findings) -> dict[str, TemplateOf]:
-    """Build every limb of the body; returns the templates."""
+def build_limbs(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
+    """Build every limb of the body."""
     model = body.model
     templates = templates_of(model, settled, findings)
     environment = settled.of(model.main)
@@ -96,14 +105,15 @@ def build_limbs(body: ResolvedBody, settled: Settled, findings: Findings) -> dic
             used.add(str(plan.original.template))
             build_limb(limb, plan, templates, environment, findings)
     for name, template in templates.items():
-        if name not in used:
+        if name not in used and template is not None:
             check_unused(template, name, environment, findings)
     link_parents(body, findings)
-    return templates
 
 
-def plan_of(key: Text, block: Limb, limbs: dict[Text, Limb], findings: Findings) -> Plan | None:
+def plan_of(key: Text, block: Limb | None, limbs: dict[Text, Limb | None], findings: Findings) -> Plan | None:
     """Follow a limb's mirrors to its original; None where they lead in a circle or nowhere."""
+    if block is None:
+        return None
     flips: list[int] = []
     overrides: dict[str, tuple[Text, Node]] = {}
     blocks = [block]
@@ -119,12 +129,18 @@ def plan_of(key: Text, block: Limb, limbs: dict[Text, Limb], findings: Findings)
         for name, value in block.further.items():
             overrides.setdefault(str(name), (name, value))
         target = block.mirror
-        found = next((other for name, other in limbs.items() if name == target), None)
+        found = limbs.get(target)
+        if found is None and target in limbs:
+            return None
         if found is None:
-            findings.report("unknown-limb", f"there is no limb `{target}` to mirror", target.span, "", did_you_mean(target, limbs))
+            findings.report(
+                "unknown-limb", f"there is no limb `{target}` to mirror", target.span, "", did_you_mean(target, limbs)
+            )
             return None
         if target in seen:
-            findings.report("circular-reference", f"`{target}` is the mirror image of itself", target.span, "closes the circle")
+            findings.report(
+                "circular-reference", f"`{target}` is the mirror image of itself", target.span, "closes the circle"
+            )
             return None
         seen.append(str(target))
         block = found
@@ -137,14 +153,14 @@ def plan_of(key: Text, block: Limb, limbs: dict[Text, Limb], findings: Findings)
     return Plan(block, overrides, tuple(flips), parent, tuple(reversed(blocks)))
 
 
-def build_limb(
-    limb: BodyLimb, plan: Plan, templates: dict[str, TemplateOf], environment: Environment, findings: Findings
-) -> None:
+def build_limb(limb: BodyLimb, plan: Plan, templates: Templates, environment: Environment, findings: Findings) -> None:
     """Build one limb by its plan."""
     if not plan.original.has("template"):
         for name, _ in plan.overrides.values():
             known = Limb.keys_known()
-            findings.report("unknown-key", f"a limb has no key `{name}`", name.span, "unknown key", did_you_mean(name, known))
+            findings.report(
+                "unknown-key", f"a limb has no key `{name}`", name.span, "unknown key", did_you_mean(name, known)
+            )
         limb.sections = tuple(Section(block, environment) for block in plan.blocks)
         build_chain(limb, plan.original.chain, environment, environment.units)
         limb.is_hole = False
@@ -162,13 +178,15 @@ def build_limb(
     limb.is_hole = False
 
 
-def template_of(block: Limb, templates: dict[str, TemplateOf], findings: Findings) -> TemplateOf | None:
+def template_of(block: Limb, templates: Templates, findings: Findings) -> TemplateOf | None:
     """The template that a limb names."""
     name = block.template
     if name is None:
         return None
     if name not in templates:
-        findings.report("unknown-template", f"there is no template `{name}`", name.span, "", did_you_mean(name, templates))
+        findings.report(
+            "unknown-template", f"there is no template `{name}`", name.span, "", did_you_mean(name, templates)
+        )
     return templates.get(name)
 
 
@@ -198,9 +216,11 @@ def instance_environment(
     return inner
 
 
-def report_missing_argument(limb: BodyLimb, plan: Plan, name: str, key: Text, is_misspelt: bool, findings: Findings) -> None:
+def report_missing_argument(
+    limb: BodyLimb, plan: Plan, name: str, key: Text, is_misspelt: bool, findings: Findings
+) -> None:
     """Report an argument that is left out, unless a misspelt one probably stands for it."""
-    if is_misspelt and did_you_mean(name, [n for n in plan.overrides]) is not None:
+    if is_misspelt and did_you_mean(name, plan.overrides) is not None:
         near = did_you_mean(name, plan.overrides)
         if near is not None and near.startswith("did you mean"):
             return
@@ -222,19 +242,24 @@ def check_unused(template: TemplateOf, name: str, environment: Environment, find
 def link_parents(body: ResolvedBody, findings: Findings) -> None:
     """Find the part that each limb hangs from, and refuse circles."""
     limbs = body.model.main.block.limbs
+    places: dict[str, Span] = {}
     for key, block in limbs.items():
         plan = plan_of(key, block, limbs, Findings())
         if plan is None:
             continue
         limb = body.limbs[str(key)]
-        node = plan.parent or next((section.block.parent for section in limb.sections if section.block.parent), None)
+        node = plan.parent
+        for section in limb.sections:
+            node = node or values.word(section.block.parent, section.environment)
         if node is not None:
             limb.parent = parent_of(body, node, findings)
+            places[limb.name] = node.span
     for limb in body.limbs.values():
         if limb.parent is not None and hangs_from_itself(body, limb):
-            node = body.model.main.block.limbs[Text(limb.name, limb.span)].parent
-            span = node.span if node is not None else limb.span
-            findings.report("circular-reference", f"limb `{limb.name}` hangs from itself in the end", span, "closes the circle")
+            span = places[limb.name]
+            findings.report(
+                "circular-reference", f"limb `{limb.name}` hangs from itself in the end", span, "closes the circle"
+            )
             limb.parent = None
 
 
@@ -244,12 +269,24 @@ def parent_of(body: ResolvedBody, node: Text, findings: Findings) -> tuple[str, 
     limb = body.limbs.get(name)
     if limb is None:
         known = [f"{n}.{joint}" for n in body.limbs] if dot else list(body.limbs)
-        findings.report("unknown-limb", f"there is no limb `{name}` to hang from", node.part(0, len(name)), "", did_you_mean(node, known))
+        findings.report(
+            "unknown-limb",
+            f"there is no limb `{name}` to hang from",
+            node.part(0, len(name)),
+            "",
+            did_you_mean(node, known),
+        )
         return None
     if not dot:
         known = [f"{name}.{item.name}" for item in limb.joints]
         message = f"`parent` names the joint whose part the limb hangs from: `{name}.JOINT`"
-        findings.report("unknown-joint", message, node.span, "no joint", did_you_mean(node, known) or f"such as `{known[-1]}`" if known else None)
+        findings.report(
+            "unknown-joint",
+            message,
+            node.span,
+            "no joint",
+            did_you_mean(node, known) or f"such as `{known[-1]}`" if known else None,
+        )
         return None
     if limb.joint(joint) is None and not limb.is_hole:
         help = did_you_mean(joint, [item.name for item in limb.joints])
@@ -266,4 +303,3 @@ def hangs_from_itself(body: ResolvedBody, limb: BodyLimb) -> bool:
         seen.add(at.name)
         at = body.limbs[at.parent[0]]
     return at.parent is not None and at is limb
-

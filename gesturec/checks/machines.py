@@ -117,7 +117,15 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
                 related = (Related(f"beside `{first}`", block.key(first)),)
                 message = f"a machine has `{first}` or `{second}`, not both"
                 plan.environment.findings.report("conflicting-keys", message, block.key(second), "", None, related)
-        machine.kind = "cycle" if block.has("cycle") else "path" if block.has("path") else "states" if block.has("states") else "grid"
+        machine.kind = (
+            "cycle"
+            if block.has("cycle")
+            else "path"
+            if block.has("path")
+            else "states"
+            if block.has("states")
+            else "grid"
+        )
     set_steps(machine, block, top, plan.environment, environment)
     if block is not None:
         machine.arcs = tuple(arcs_of(block, machine, plan.environment))
@@ -190,7 +198,7 @@ def check_keyed(machine: BodyMachine, plan: MachinePlan) -> None:
     has_curve = machine.kind in ("cycle", "path")
     for joint in keyed:
         if not machine.states and not has_curve:
-            message = f"joint `{joint.name}` has no levels, and its machine has no `states`, `cycle` or `path` that give it values"
+            message = f"joint `{joint.name}` has no levels, and no `states`, `cycle` or `path` gives it values"
             help = "give it `levels:`, `every:` or `count:`, or a value"
             findings.report("keyed-without-values", message, joint.span, "keyed", help)
             continue
@@ -212,7 +220,14 @@ def check_parents(plan: MachinePlan, findings: Findings) -> None:
     if len(parents) > 1:
         first, second, *_ = parents.values()
         message = f"the limbs of machine `{plan.name}` hang from different parts"
-        findings.report("parents-differ", message, plan.span, "", None, (Related("one", first.span), Related("another", second.span)))
+        findings.report(
+            "parents-differ",
+            message,
+            plan.span,
+            "",
+            None,
+            (Related("one", first.span), Related("another", second.span)),
+        )
 
 
 def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) -> Iterator[BodyArc]:
@@ -269,5 +284,3 @@ def dwell_interval(node: Text, environment: Environment) -> tuple[float, float] 
         environment.findings.report("value-out-of-range", "a time is not below zero", node.span)
         return None
     return None if found is None else (max(0.0, found[0]), found[1])
-
-

@@ -23,7 +23,9 @@ WORD = re.compile(r"[A-Za-z_][\w.]*")
 DURATION, RATE = 1.0, 25.0
 
 
-def build_tests(body: ResolvedBody, poses: Poses, gestures: tuple[str, ...], environment: Environment) -> tuple[dict[str, Any], ...]:
+def build_tests(
+    body: ResolvedBody, poses: Poses, gestures: tuple[str, ...], environment: Environment
+) -> tuple[dict[str, Any], ...]:
     """Every test of the model."""
     return tuple(
         test_of(number, block, body, poses, gestures, environment)
@@ -92,7 +94,9 @@ def hidden(block: ModelTest, body: ResolvedBody, environment: Environment) -> di
     for key, node in block.hide.items():
         if key not in tokens and key not in body.groups:
             help = did_you_mean(key, tokens)
-            environment.findings.report("unknown-token", f"there is no token `{key}` to hide", key.span, "no such token", help)
+            environment.findings.report(
+                "unknown-token", f"there is no token `{key}` to hide", key.span, "no such token", help
+            )
             continue
         limits = values.interval(node, environment, TIME)
         if limits is not None:
@@ -106,5 +110,11 @@ def named(node: Text | Sequence | None, known: tuple[str, ...], environment: Env
     names = [item for item in node or () if isinstance(item, Text)] if isinstance(node, Sequence) else []
     for item in names:
         if item not in known:
-            report("unknown-gesture", f"there is no gesture `{item}`", item.span, "no such gesture", did_you_mean(item, known))
+            report(
+                "unknown-gesture",
+                f"there is no gesture `{item}`",
+                item.span,
+                "no such gesture",
+                did_you_mean(item, known),
+            )
     return [str(item) for item in names if item in known]

@@ -108,7 +108,7 @@ def build_groups(body: ResolvedBody, findings: Findings) -> None:
     done: dict[str, tuple[str, ...] | None] = {}
     for name in groups:
         body.groups[name] = flatten(name, groups, body, done, (), findings)
-        kinds = sorted({member_kind(body, member) for member in body.groups[name]} - {"hole"})
+        kinds = sorted({member_kind(body, member) or "hole" for member in body.groups[name]} - {"hole"})
         if len(kinds) > 1:
             message = f"group `{name}` has members of two kinds, {kinds[0]}s and {kinds[1]}s"
             findings.report("mixed-group", message, groups[name][0].span)
@@ -131,7 +131,9 @@ def flatten(
         if not isinstance(item, Text):
             continue
         if item in (*above, name):
-            findings.report("circular-reference", f"group `{item}` is a member of itself", item.span, "closes the circle")
+            findings.report(
+                "circular-reference", f"group `{item}` is a member of itself", item.span, "closes the circle"
+            )
         elif item in groups:
             members += flatten(str(item), groups, body, done, (*above, name), findings)
         elif member_kind(body, item) is None:
@@ -164,7 +166,8 @@ def member_kind(body: ResolvedBody, path: str) -> str | None:
 def report_member(body: ResolvedBody, group: str, item: Text, groups: list[str], findings: Findings) -> None:
     """Report a member that there is not."""
     known = [*body.limbs, *body.root_tokens, *(g for g in groups if g != group)]
-    known += [part.full for limb in body.limbs.values() for part in (*limb.joints, *limb.tokens)]
+    for limb in body.limbs.values():
+        known += [joint.full for joint in limb.joints] + [token.full for token in limb.tokens]
     message = f"group `{group}` has a member that is no limb, joint, token or group: `{item}`"
     findings.report("unknown-group", message, item.span, "not a part of the body", did_you_mean(item, known))
 
@@ -175,4 +178,3 @@ def tokens_of(body: ResolvedBody) -> dict[str, BodyToken]:
     for limb in body.limbs.values():
         tokens |= {token.full: token for token in limb.tokens}
     return tokens
-

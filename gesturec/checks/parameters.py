@@ -74,10 +74,14 @@ def declared(
     for part in model.parts:
         for key, block in part.block.parameters.items():
             if key in (SCALE, SIDE):
-                findings.report("duplicate-name", f"the parameter `{key}` is built in", key.span, help="call it otherwise")
+                findings.report(
+                    "duplicate-name", f"the parameter `{key}` is built in", key.span, help="call it otherwise"
+                )
             elif key in found:
                 related = (Related("first here", found[key][0].span),)
-                findings.report("duplicate-name", f"the parameter `{key}` is declared twice", key.span, "", None, related)
+                findings.report(
+                    "duplicate-name", f"the parameter `{key}` is declared twice", key.span, "", None, related
+                )
             else:
                 found[str(key)] = (key, block, environments[id(part)])
     return found
@@ -116,11 +120,15 @@ def set_value(
     if name == SIDE and sides:
         if value not in sides:
             listed = ", ".join(f"`{side}`" for side in sides)
-            findings.report("bad-setting", f"`side` is one of {listed}, and not `{text}`", text.span, help=did_you_mean(text, sides))
+            findings.report(
+                "bad-setting", f"`side` is one of {listed}, and not `{text}`", text.span, help=did_you_mean(text, sides)
+            )
         return
     if name not in blocks:
         known = [*blocks, SCALE, *([SIDE] if sides else [])]
-        findings.report("unknown-setting", f"the model has no parameter `{name}`", text.span, help=did_you_mean(name, known))
+        findings.report(
+            "unknown-setting", f"the model has no parameter `{name}`", text.span, help=did_you_mean(name, known)
+        )
         return
     given[name] = Given(name, text, text.span, blocks[name][2])
 
@@ -162,7 +170,11 @@ def check_values(settled: Settled, given: dict[str, Given]) -> None:
         at = given[name].node.span if given[name].node is not None else key.span  # type: ignore[union-attr]
         if isinstance(value, Quantity) and block.range is not None and not isinstance(value.value, tuple):
             check_range(name, value, block, environment, at)
-        if isinstance(block.one_of_, Sequence) and given[name].node not in block.one_of_ and given[name].node is not None:
+        if (
+            isinstance(block.one_of_, Sequence)
+            and given[name].node not in block.one_of_
+            and given[name].node is not None
+        ):
             listed = ", ".join(f"`{item}`" for item in block.one_of_)
             message = f"`{name}` is one of {listed}, and not `{given[name].node}`"
             environment.findings.report("bad-setting", message, at)
@@ -178,7 +190,9 @@ def check_range(name: str, value: Quantity, block: Parameter, environment: Envir
     slack = 1e-9 * max(abs(number), abs(limits[0]) if limits[0] > -1e300 else 0.0)
     if not limits[0] - slack <= number <= limits[1] + slack:
         related = (Related("its range", block.key("range")),)
-        environment.findings.report("bad-setting", f"`{name}` lies outside its range {block.range}", at, "", None, related)
+        environment.findings.report(
+            "bad-setting", f"`{name}` lies outside its range {block.range}", at, "", None, related
+        )
 
 
 def range_kind(block: Parameter, environment: Environment) -> Kind:

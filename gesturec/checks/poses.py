@@ -30,7 +30,7 @@ class WrittenPose:
     full: str
     limb: BodyLimb | None
     key: Text
-    node: Text | Mapping
+    node: Text | Mapping | None  # None: reported already
     environment: Environment
 
 
@@ -58,7 +58,9 @@ class Poses:
         written = self.written[full]
         if full in self.open:
             circle = " uses ".join(f"`{name}`" for name in (*self.open[self.open.index(full) :], full))
-            self.findings(written).report("circular-reference", f"a pose is defined by itself: {circle}", written.key.span)
+            self.findings(written).report(
+                "circular-reference", f"a pose is defined by itself: {circle}", written.key.span
+            )
             self.done[full] = None
             return None
         self.open.append(full)
@@ -75,6 +77,8 @@ class Poses:
 
     def build(self, written: WrittenPose) -> BodyPose | None:
         """Type a pose."""
+        if written.node is None:
+            return None
         scope = BodyScope(self.body, self.names, written.environment, written.limb, motion=True)
         builder = PoseBuilder(self, scope)
         if isinstance(written.node, Text):

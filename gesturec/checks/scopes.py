@@ -122,7 +122,9 @@ class BodyScope:
             return symbols.Joint(joint.full, joint.kind, tuple(level.value for level in joint.levels))
         level = next((level for level in joint.levels if level.label == path[start + 1]), None)
         if level is None:
-            known = tuple(level.label for level in joint.levels if not level.label[:1].isdigit() and level.label[:1] != "-")
+            known = tuple(
+                level.label for level in joint.levels if not level.label[:1].isdigit() and level.label[:1] != "-"
+            )
             message = f"joint `{joint.name}` has no level `{path[start + 1]}`"
             return Unknown(start + 1, message, known, rule="unknown-level")
         if len(path) > start + 2:

@@ -126,9 +126,8 @@ WARNINGS: Final = (
 )
 
 RULES: Final = {
-    id: Rule(id, severity, summary)
-    for severity, rules in (("error", ERRORS), ("warning", WARNINGS))
-    for id, summary in rules
+    **{id: Rule(id, "error", summary) for id, summary in ERRORS},
+    **{id: Rule(id, "warning", summary) for id, summary in WARNINGS},
 }
 
 

@@ -36,7 +36,9 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
         return None
     most = 1 if len(word) < 5 else 2
     lower = word.lower()
-    ranked = sorted((edit_distance(lower, other.lower(), most), abs(len(other) - len(word)), other) for other in set(known))
+    ranked = sorted(
+        (edit_distance(lower, other.lower(), most), abs(len(other) - len(word)), other) for other in set(known)
+    )
     return ranked[0][2] if ranked and ranked[0][0] <= most else None
 
 

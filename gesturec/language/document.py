@@ -33,7 +33,7 @@ class Text(str):
         return self.span.source.text.startswith(self, self.inner)
 
     def part(self, start: int, end: int) -> Span:
-        """The place of characters `start` to `end`; the whole where they cannot be told apart (an escape, a folded line)."""
+        """The place of characters `start` to `end`; the whole where an escape or a folded line mixes them up."""
         if not self.is_literal:
             return self.span
         return Span(self.span.source, self.inner + start, self.inner + max(end, start))

@@ -9,7 +9,7 @@ from gesturec.diagnostics.source import Span
 
 
 class Findings:
-    """The findings so far. The same rule at the same place counts once: a template's fault is one fault in all its limbs."""
+    """The findings so far. The same rule at the same place counts once: a template's fault is one in all its limbs."""
 
     def __init__(self) -> None:
         self.found: dict[tuple[str, str, int, int], Diagnostic] = {}
@@ -24,7 +24,9 @@ class Findings:
         key = (finding.rule, span.source.name, span.start, span.end) if span else (finding.rule, finding.message, 0, 0)
         if key not in self.found:
             notes = tuple(note for note in self.context if note.span != span)
-            self.found[key] = Diagnostic(finding.rule, finding.message, span, finding.label, finding.help, finding.related + notes)
+            self.found[key] = Diagnostic(
+                finding.rule, finding.message, span, finding.label, finding.help, finding.related + notes
+            )
 
     def report(
         self,

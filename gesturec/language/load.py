@@ -11,7 +11,7 @@ import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.source import Source, Span
 from gesturec.diagnostics.suggest import did_you_mean
@@ -26,7 +26,9 @@ from gesturec.language.schema.leaf import kind_of, wrong_kind
 
 LANGUAGE_VERSION = "1"
 # What an included file brings in; a part file that has nothing else needs no `root`.
-INCLUDED_KEYS = frozenset(("gesturec", "name", "description", "units", "include", "parameters", "groups", "templates", "bindings"))
+INCLUDED_KEYS = frozenset(
+    ("gesturec", "name", "description", "units", "include", "parameters", "groups", "templates", "bindings")
+)
 
 
 def load_model(source: str | os.PathLike[str] | Source, limits: Limits = DEFAULT_LIMITS) -> Model:
@@ -91,7 +93,9 @@ class Loader:
         newer = version.isdigit() and int(version) > int(LANGUAGE_VERSION)
         rule, what = ("newer-version", "newer than") if newer else ("bad-choice", "not")
         message = f"the file is of language version {kind_of(version)}, which is {what} {LANGUAGE_VERSION}"
-        self.findings.report(rule, message, version.span, help="write `gesturec: 1`" if not newer else "use a newer gesturec")
+        self.findings.report(
+            rule, message, version.span, help="write `gesturec: 1`" if not newer else "use a newer gesturec"
+        )
         return not newer
 
     def bytes_of(self, path: str, shown: str, span: Span | None) -> bytes | None:
@@ -129,7 +133,9 @@ class Loader:
         """One included file, with the chain of files noted on what is wrong in it."""
         self.files += 1
         if self.files > self.limits.includes:
-            self.findings.add(limit_finding("the model", f"{self.files} files", "includes", self.limits.includes, node.span))
+            self.findings.add(
+                limit_finding("the model", f"{self.files} files", "includes", self.limits.includes, node.span)
+            )
             return None
         data = self.bytes_of(path, node, node.span)
         if data is None:
@@ -156,7 +162,9 @@ class Loader:
     def report_circle(self, rule: str, node: Text, chain: tuple[Text, ...]) -> None:
         """Report a file that is reached from itself, with the way there."""
         related = tuple(Related(f"which is reached from `{link}`", link.span, note=True) for link in reversed(chain))
-        self.findings.report(rule, f"`{node}` includes itself in the end", node.span, "closes the circle", None, related)
+        self.findings.report(
+            rule, f"`{node}` includes itself in the end", node.span, "closes the circle", None, related
+        )
 
     def bodies(self, part: ModelPart, chain: tuple[Text, ...], path: str | None) -> dict[str, BodyModel]:
         """The models of a file of several bodies."""
@@ -175,7 +183,9 @@ class Loader:
             return None
         self.files += 1
         if self.files > self.limits.includes:
-            self.findings.add(limit_finding("the model", f"{self.files} files", "includes", self.limits.includes, node.span))
+            self.findings.add(
+                limit_finding("the model", f"{self.files} files", "includes", self.limits.includes, node.span)
+            )
             return None
         data = self.bytes_of(path, node, node.span)
         return None if data is None else self.model(shown_path(path), path, data, (*chain, node))

@@ -60,13 +60,25 @@ def decode(name: str, data: bytes, findings: Findings) -> Source | None:
     except UnicodeDecodeError as error:
         source = Source(name, data[: error.start].decode("utf-8-sig", "replace"))
         end = len(source.text)
-        findings.add(Diagnostic("bad-encoding", f"byte {error.start} is not UTF-8", Span(source, end, end), help="save the file as UTF-8"))
+        findings.add(
+            Diagnostic(
+                "bad-encoding",
+                f"byte {error.start} is not UTF-8",
+                Span(source, end, end),
+                help="save the file as UTF-8",
+            )
+        )
         return None
 
 
 def limit_finding(what: str, found: str, limit: str, value: int, span: Span) -> Diagnostic:
     """A finding of something too large: what was found, the limit, and what raises it."""
-    return Diagnostic("limit-exceeded", f"{what} has {found}; the limit is {value:,}", span, help=f"raise `Limits.{limit}` if this is meant")
+    return Diagnostic(
+        "limit-exceeded",
+        f"{what} has {found}; the limit is {value:,}",
+        span,
+        help=f"raise `Limits.{limit}` if this is meant",
+    )
 
 
 class Reader:
@@ -85,7 +97,9 @@ class Reader:
             yield from yaml.parse(self.source.text, Loader=PARSER)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
-            self.stop("bad-yaml", f"this is not YAML: {error.problem or error.context}", self.at(mark.index if mark else 0))
+            self.stop(
+                "bad-yaml", f"this is not YAML: {error.problem or error.context}", self.at(mark.index if mark else 0)
+            )
         except yaml.reader.ReaderError as error:
             self.stop("bad-yaml", f"this is not YAML: {error.reason}", self.at(error.position))
         except (yaml.YAMLError, ValueError, RecursionError) as error:
@@ -125,11 +139,21 @@ class Reader:
             return self.alias(event, depth)
         self.count(1, self.span(event))
         if depth > self.limits.depth:
-            what = limit_finding("the file", f"values nested {depth} deep", "depth", self.limits.depth, self.span(event))
+            what = limit_finding(
+                "the file", f"values nested {depth} deep", "depth", self.limits.depth, self.span(event)
+            )
             self.findings.add(what)
             raise StopReading
         if event.tag is not None and event.tag != "!":
-            self.findings.add(Diagnostic("yaml-tag", f"a value carries the tag `{event.tag}`", self.span(event), "", "tags are not part of the language: remove it"))
+            self.findings.add(
+                Diagnostic(
+                    "yaml-tag",
+                    f"a value carries the tag `{event.tag}`",
+                    self.span(event),
+                    "",
+                    "tags are not part of the language: remove it",
+                )
+            )
         anchor, before = event.anchor, self.nodes
         if anchor is not None:
             self.anchors[anchor] = Anchor(None, 0, 0)
@@ -150,7 +174,9 @@ class Reader:
     def scalar(self, event: Any) -> Text:
         if len(event.value) > self.limits.scalar_length:
             found = f"{len(event.value)} characters"
-            self.findings.add(limit_finding("a text", found, "scalar_length", self.limits.scalar_length, self.span(event)))
+            self.findings.add(
+                limit_finding("a text", found, "scalar_length", self.limits.scalar_length, self.span(event))
+            )
             raise StopReading
         return Text(event.value, self.span(event), plain=not event.style)
 
@@ -184,10 +210,25 @@ class Reader:
         if not isinstance(key, Text):
             self.findings.add(Diagnostic("wrong-kind", "a key is a list or a mapping; a key is a text", key.span))
         elif key == "<<" and key.plain:
-            self.findings.add(Diagnostic("merge-key", "the merge key `<<` is not part of the language", key.span, help="write the keys out, or use a template"))
+            self.findings.add(
+                Diagnostic(
+                    "merge-key",
+                    "the merge key `<<` is not part of the language",
+                    key.span,
+                    help="write the keys out, or use a template",
+                )
+            )
         elif (first := mapping.key(key)) is not None or key in mapping.holes:
             related = (Related("first here", first.span),) if first is not None else ()
-            self.findings.add(Diagnostic("duplicate-key", f"the key `{key}` stands twice in one mapping", key.span, "again here", related=related))
+            self.findings.add(
+                Diagnostic(
+                    "duplicate-key",
+                    f"the key `{key}` stands twice in one mapping",
+                    key.span,
+                    "again here",
+                    related=related,
+                )
+            )
         elif is_null(key):
             self.findings.add(Diagnostic("null-value", "a key is empty", shown(key.span)))
         elif is_null(value):
@@ -201,7 +242,11 @@ class Reader:
         """Where a collection ends: a block's end mark lies after the empty lines behind it, so its last value's."""
         if start.flow_style or not inside:
             return int(event.end_mark.index)
-        return max(inside[-1].span.end, start.start_mark.index) if inside[-1].span.source is self.source else int(event.end_mark.index)
+        return (
+            max(inside[-1].span.end, start.start_mark.index)
+            if inside[-1].span.source is self.source
+            else int(event.end_mark.index)
+        )
 
     def alias(self, event: Any, depth: int) -> Node:
         """The node that an alias copies."""
@@ -214,7 +259,9 @@ class Reader:
             self.stop("bad-yaml", f"the alias `*{event.anchor}` stands inside what it names", span)
         self.aliases += 1
         if self.aliases > self.limits.aliases:
-            self.findings.add(limit_finding("the file", f"{self.aliases} aliases", "aliases", self.limits.aliases, span))
+            self.findings.add(
+                limit_finding("the file", f"{self.aliases} aliases", "aliases", self.limits.aliases, span)
+            )
             raise StopReading
         self.count(anchor.nodes, span)
         if depth + anchor.height > self.limits.depth:

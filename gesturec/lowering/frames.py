@@ -23,9 +23,7 @@ def mirrored_point(at: Vector, flips: Iterable[int]) -> Vector:
 def mirrored_rotation(rest: Matrix, flips: Iterable[int]) -> Matrix:
     """M rest M."""
     sign = [-1.0 if odd(axis, flips) else 1.0 for axis in range(3)]
-    x, y, z = (
-        tuple(clean(sign[i] * sign[j] * value) for j, value in enumerate(row)) for i, row in enumerate(rest)
-    )
+    x, y, z = (tuple(clean(sign[i] * sign[j] * value) for j, value in enumerate(row)) for i, row in enumerate(rest))
     return x, y, z  # type: ignore[return-value]
 
 
@@ -51,9 +49,7 @@ def scaled_point(at: Vector, scale: float) -> Vector:
     return at[0] * scale, at[1] * scale, at[2] * scale
 
 
-def scaled_operations(
-    operations: tuple[Operation, ...], scale: float, slides: frozenset[int]
-) -> tuple[Operation, ...]:
+def scaled_operations(operations: tuple[Operation, ...], scale: float, slides: frozenset[int]) -> tuple[Operation, ...]:
     """A program that sees every length of the body as it was written, whatever its scale."""
     if scale == 1.0:
         return operations

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from gesturec.checks.body import BodyJoint, BodyLimb, BodyToken, ResolvedBody
 from gesturec.lowering.frames import mirrored_axis, mirrored_point, mirrored_rotation, scaled_point
@@ -134,12 +135,16 @@ def cells(joint: BodyJoint, scale: float) -> tuple[Level, ...]:
     if joint.wrap:
         return wrapped_cells(joint)
     if len(value) == 1:
-        ends = [(max(joint.low, value[0]), min(joint.high, value[0]))] if not math.isfinite(joint.high - joint.low) else [(joint.low, joint.high)]
+        ends = (
+            [(max(joint.low, value[0]), min(joint.high, value[0]))]
+            if not math.isfinite(joint.high - joint.low)
+            else [(joint.low, joint.high)]
+        )
     else:
-        middle = [(a + b) / 2 for a, b in zip(value, value[1:], strict=False)]
+        middle = [(a + b) / 2 for a, b in pairwise(value)]
         first, last = 2 * value[0] - middle[0], 2 * value[-1] - middle[-1]
         edges = [max(first, joint.low), *middle, min(last, joint.high)]
-        ends = list(zip(edges, edges[1:], strict=False))
+        ends = list(pairwise(edges))
     return tuple(
         Level(level.label, level.value * scale, low * scale, high * scale)
         for level, (low, high) in zip(joint.levels, ends, strict=True)

@@ -285,7 +285,11 @@ class Lowering:
     def followed(self, joint: int) -> frozenset[int]:
         """The joints that a coupled one follows."""
         follows = self.joints[joint].follows
-        return frozenset() if follows is None else frozenset(self.numbers.joints[name] for name in uses(follows.typed).joints)
+        return (
+            frozenset()
+            if follows is None
+            else frozenset(self.numbers.joints[name] for name in uses(follows.typed).joints)
+        )
 
     # truths
 

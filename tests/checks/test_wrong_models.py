@@ -52,7 +52,9 @@ def read_case(block: str) -> Case:
     first, *others = re.split(r"(?m)^--- (\S+)\n", body)
     files = dict(zip(others[::2], others[1::2], strict=True))
     model = first if MARK.sub("", first).startswith(("gesturec:", "#!")) else over_base(first)
-    return Case(name, tuple(rules.split()), help[0] if help else "", {"model.yaml": model.removeprefix("#!\n"), **files})
+    return Case(
+        name, tuple(rules.split()), help[0] if help else "", {"model.yaml": model.removeprefix("#!\n"), **files}
+    )
 
 
 def read_corpus() -> list[Case]:

@@ -1,8 +1,9 @@
 """Every rule has a page, and every page's examples do what it says.
 
-A block of YAML replaces the sections of the corpus's `base.yaml` that it has itself (new limbs stand beside the base's), or
-stands alone where it begins with `gesturec:`; `# --- NAME` begins another file. `# error: [rule]` marks the line that must be reported; a block without a
-mark must be without a finding of the page's rule, and without error. What stands behind ```yaml are settings.
+A block of YAML replaces the sections of the corpus's `base.yaml` that it has itself (new limbs stand beside the
+base's), or stands alone where it begins with `gesturec:`; `# --- NAME` begins another file. `# error: [rule]` marks the
+line that must be reported; a block without a mark must be without a finding of the page's rule, and without error.
+What stands behind ```yaml are settings.
 """
 
 from __future__ import annotations

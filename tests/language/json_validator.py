@@ -1,4 +1,4 @@
-"""A JSON Schema validator for as much of draft 7 as the language's schema uses; anything else in a schema is refused."""
+"""A JSON Schema validator for as much of draft 7 as the language's schema uses; anything else is refused."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 KNOWN = {
-    "$schema", "$ref", "$defs", "title", "description", "type", "properties", "additionalProperties", "patternProperties",
-    "propertyNames", "required", "oneOf", "anyOf", "allOf", "enum", "const", "items", "minItems", "maxItems", "pattern",
+    "$schema", "$ref", "$defs", "title", "description", "type", "properties", "additionalProperties",
+    "patternProperties", "propertyNames",
+    "required", "oneOf", "anyOf", "allOf", "enum", "const", "items", "minItems", "maxItems", "pattern",
 }  # fmt: skip
 TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "number": (int, float)}
 

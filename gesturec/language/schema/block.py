@@ -228,7 +228,11 @@ PathKey: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True,
 Named: TypeAlias = Annotated[
     dict[Key, Item], container_check("a mapping with names", Mapping, is_name), AfterValidator(without_none)
 ]
+# As `Named`, with None where a value was wrong: the name is there and is not reported where it is used.
+Holed: TypeAlias = Annotated[dict[Key, Item | None], container_check("a mapping with names", Mapping, is_name)]
 Listed: TypeAlias = Annotated[tuple[Item, ...], container_check("a list", Sequence), AfterValidator(without_none)]
 ByPath: TypeAlias = Annotated[
     dict[PathKey, Item], container_check("a mapping with names", Mapping, is_path), AfterValidator(without_none)
 ]
+# The default of a mapping that is not written; pydantic copies it.
+NO_NAMES: dict[Any, Any] = {}

@@ -13,7 +13,7 @@ from pydantic import Discriminator, Field, Tag
 from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Mapping
 from gesturec.language.schema import leaves
-from gesturec.language.schema.block import Block, ByPath, Listed, Named
+from gesturec.language.schema.block import NO_NAMES, Block, ByPath, Holed, Listed, Named
 
 
 class Units(Block):
@@ -70,7 +70,7 @@ class Root(Block):
     required = ("name",)
     name: leaves.Name = None
     """What the part is called."""
-    tokens: Named[TokenPlace] = {}
+    tokens: Named[TokenPlace] = NO_NAMES
     """The tokens fixed on it, in its frame."""
 
 
@@ -219,7 +219,7 @@ class LimbMachine(Block):
     """What one step may do: `adjacent` (default), `single` or `any`."""
     tick: leaves.Number = None
     """The time that one step takes."""
-    states: Named[leaves.Configuration] = {}
+    states: Holed[leaves.Configuration] = NO_NAMES
     """Named cells instead of a grid."""
     cycle: Cycle | None = None
     """A closed path."""
@@ -288,9 +288,9 @@ class Limb(Block):
     """How it becomes states."""
     constraints: Listed[Constraint] = ()
     """Constraints in its own names."""
-    poses: Named[leaves.Configuration] = {}
+    poses: Holed[leaves.Configuration] = NO_NAMES
     """Poses in its own names."""
-    gestures: Named[Gesture] = {}
+    gestures: Holed[Gesture] = NO_NAMES
     """Gestures in its own names."""
 
 
@@ -308,9 +308,9 @@ class Template(Block):
     """How each limb becomes states."""
     constraints: Listed[Constraint] = ()
     """Constraints in the limb's own names."""
-    poses: Named[leaves.Configuration] = {}
+    poses: Holed[leaves.Configuration] = NO_NAMES
     """Poses in the limb's own names."""
-    gestures: Named[Gesture] = {}
+    gestures: Holed[Gesture] = NO_NAMES
     """Gestures in the limb's own names."""
 
 
@@ -340,7 +340,7 @@ class ModelTest(Block):
     """Frames a second (25)."""
     noise: leaves.Number = None
     """Standard deviation of the points (0)."""
-    hide: ByPath[leaves.Interval] = {}
+    hide: ByPath[leaves.Interval] = NO_NAMES
     """Tokens with the times in which they are not seen."""
     expect: leaves.Names = None
     """Gestures that must come out."""
@@ -373,31 +373,31 @@ class ModelFile(Block):
     """The units of bare numbers."""
     include: leaves.Files = None
     """Files that bring in parameters, groups, templates and bindings."""
-    parameters: Named[Parameter] = {}
+    parameters: Named[Parameter] = NO_NAMES
     """Values that `--set` or a profile may change."""
     mirror: FileMirror | None = None
     """How the whole body is reflected by `--set side=`."""
-    groups: Named[leaves.Names] = {}
+    groups: Holed[leaves.Names] = NO_NAMES
     """Names for several limbs, joints or tokens."""
     root: Root | None = None
     """The part whose frame is the intrinsic one."""
-    bodies: Named[Body] = {}
+    bodies: Named[Body] = NO_NAMES
     """Several bodies, each a model of its own, in place of `root` and `limbs`."""
-    templates: Named[Template] = {}
+    templates: Holed[Template] = NO_NAMES
     """What limbs are made of."""
-    limbs: Named[Limb] = {}
+    limbs: Holed[Limb] = NO_NAMES
     """The limbs."""
-    machines: Named[Machine] = {}
+    machines: Named[Machine] = NO_NAMES
     """Machines over several limbs."""
     transitions: Transitions | None = None
     """What holds for the steps of all machines."""
     constraints: Listed[Constraint] = ()
     """Constraints across limbs."""
-    poses: Named[leaves.Configuration] = {}
+    poses: Holed[leaves.Configuration] = NO_NAMES
     """Poses of the body."""
-    gestures: Named[Gesture] = {}
+    gestures: Holed[Gesture] = NO_NAMES
     """Gestures of the body."""
-    bindings: Named[Binding] = {}
+    bindings: Named[Binding] = NO_NAMES
     """The names that other tools give to the tokens."""
     tests: Listed[ModelTest] = ()
     """Tests that `gesturec test` runs."""

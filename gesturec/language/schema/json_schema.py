@@ -10,6 +10,7 @@ import ast
 import inspect
 import json
 from functools import cache
+from itertools import pairwise
 from typing import Any, Final
 
 from pydantic import BaseModel
@@ -32,16 +33,23 @@ def key_docs(block: type[Block]) -> dict[str, str]:
         if not issubclass(base, Block) or base is BaseModel:
             continue
         (body,) = (node.body for node in ast.parse(inspect.getsource(base)).body if isinstance(node, ast.ClassDef))
-        for node, after in zip(body, body[1:], strict=False):
-            if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and isinstance(after, ast.Expr):
-                if isinstance(after.value, ast.Constant) and isinstance(after.value.value, str):
-                    docs[node.target.id.rstrip("_")] = after.value.value
+        for node, after in pairwise(body):
+            match node, after:
+                case (
+                    ast.AnnAssign(target=ast.Name(id=name)),
+                    ast.Expr(value=ast.Constant(value=str(text))),
+                ):
+                    docs[name.rstrip("_")] = text
     return docs
 
 
 def all_blocks() -> dict[str, type[Block]]:
     """Every block of the language by the name of its class."""
-    return {name: value for name, value in vars(blocks).items() if inspect.isclass(value) and issubclass(value, Block) and value is not Block}
+    return {
+        name: value
+        for name, value in vars(blocks).items()
+        if inspect.isclass(value) and issubclass(value, Block) and value is not Block
+    }
 
 
 def described(schema: Json, block: type[Block]) -> None:
@@ -91,7 +99,11 @@ def without_noise(node: Any) -> Any:
         return [without_noise(item) for item in node]
     if not isinstance(node, dict):
         return node
-    return {key: without_noise(value) if key != "properties" else {k: without_noise(v) for k, v in value.items()} for key, value in node.items() if key not in ("default", "title")}
+    return {
+        key: without_noise(value) if key != "properties" else {k: without_noise(v) for k, v in value.items()}
+        for key, value in node.items()
+        if key not in ("default", "title")
+    }
 
 
 def without_null(node: Any) -> Any:
@@ -121,7 +133,12 @@ def json_schema() -> Json:
         if target is not None:
             described(target, block)
     definitions["Phases"] = PHASES_DEFINITION
-    whole = {"$schema": DIALECT, "title": "gesturec model", **without_noise(schema), "$defs": without_noise(definitions)}
+    whole = {
+        "$schema": DIALECT,
+        "title": "gesturec model",
+        **without_noise(schema),
+        "$defs": without_noise(definitions),
+    }
     return with_name_keys(with_phases(without_null(whole)))  # type: ignore[no-any-return]
 
 

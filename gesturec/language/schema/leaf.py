@@ -8,7 +8,7 @@ validation's context and become None, so that one wrong value never hides anothe
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -44,7 +44,9 @@ def kind_of(node: object) -> str:
 
 def wrong_kind(node: Any, wanted: str, findings: Findings) -> None:
     """Report a node of the wrong form."""
-    findings.report("wrong-kind", f"{wanted} is wanted here, and this is {kind_of(node)}", first_line(node), f"not {wanted}")
+    findings.report(
+        "wrong-kind", f"{wanted} is wanted here, and this is {kind_of(node)}", first_line(node), f"not {wanted}"
+    )
 
 
 def first_line(node: Any) -> Any:
@@ -54,7 +56,7 @@ def first_line(node: Any) -> Any:
     return node.span
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Leaf:
     """One form of value. `test` reports and returns False where the node is not of it."""
 
@@ -75,6 +77,11 @@ class Leaf:
         if node is None or (self.passes and is_passed(node)):
             return node  # type: ignore[no-any-return]
         return node if self.test(node, info.context["findings"]) else None
+
+
+def every(tests: Iterable[bool]) -> bool:
+    """Whether all hold; each is asked, so that each can report."""
+    return False not in list(tests)
 
 
 def text_of(wanted: str) -> Test:
@@ -113,7 +120,9 @@ def is_name(node: Any, findings: Findings) -> bool:
         rule = "a name has letters, digits and `_`, and begins with no digit"
         findings.report("bad-name", f"`{node}` is not a name: {rule}", node.span, "not a name")
     elif node in RESERVED:
-        findings.report("reserved-name", f"`{node}` is a word of the language and names nothing of the author's", node.span)
+        findings.report(
+            "reserved-name", f"`{node}` is a word of the language and names nothing of the author's", node.span
+        )
     else:
         return True
     return False
@@ -135,7 +144,7 @@ def texts_in(node: Any, wanted: str, findings: Findings) -> bool:
     if not isinstance(node, Sequence):
         wrong_kind(node, wanted, findings)
         return False
-    return all([text_of("a text")(item, findings) for item in node])
+    return every(text_of("a text")(item, findings) for item in node)
 
 
 def is_vector(node: Any, findings: Findings) -> bool:
@@ -145,14 +154,16 @@ def is_vector(node: Any, findings: Findings) -> bool:
     if not texts_in(node, "a vector `[x, y, z]`", findings):
         return False
     if len(node) != 3:
-        findings.report("wrong-kind", f"a vector has three numbers, and this has {len(node)}", node.span, "not `[x, y, z]`")
+        findings.report(
+            "wrong-kind", f"a vector has three numbers, and this has {len(node)}", node.span, "not `[x, y, z]`"
+        )
     return len(node) == 3
 
 
 def is_levels(node: Any, findings: Findings) -> bool:
     """A list of numbers, or names with numbers."""
     if isinstance(node, Mapping):
-        return all([is_name(key, findings) and text_of("a number")(value, findings) for key, value in node.items()])
+        return every(is_name(key, findings) and text_of("a number")(value, findings) for key, value in node.items())
     return texts_in(node, "a list of levels, or names with levels,", findings)
 
 
@@ -176,13 +187,13 @@ def is_configuration(node: Any, findings: Findings) -> bool:
     if not isinstance(node, Mapping):
         wrong_kind(node, "an expression or a configuration map", findings)
         return False
-    return all([is_map_entry(value, findings) for value in node.values()])
+    return every(is_map_entry(value, findings) for value in node.values())
 
 
 def is_map_entry(node: Any, findings: Findings) -> bool:
     """What a configuration map says of a joint or limb."""
     if isinstance(node, Mapping):
-        return all([text_of("a joint's value")(value, findings) for value in node.values()])
+        return every(text_of("a joint's value")(value, findings) for value in node.values())
     return text_of("a joint's value, a joint map or an expression")(node, findings)
 
 
@@ -198,7 +209,7 @@ def is_keys(node: Any, findings: Findings) -> bool:
         if not isinstance(value, Mapping):
             wrong_kind(value, "keys `{0: value, 50: value}`", findings)
             good = False
-        elif not all([text_of("a joint's value")(item, findings) for item in value.values()]):
+        elif not every(text_of("a joint's value")(item, findings) for item in value.values()):
             good = False
     return good
 
@@ -215,7 +226,7 @@ def is_phases(node: Any, findings: Findings) -> bool:
 def is_dwell(node: Any, findings: Findings) -> bool:
     """An interval, or intervals by name."""
     if isinstance(node, Mapping):
-        return all([text_of("an interval")(value, findings) for value in node.values()])
+        return every(text_of("an interval")(value, findings) for value in node.values())
     return text_of("an interval, or intervals by name,")(node, findings)
 
 
@@ -224,7 +235,7 @@ def is_names(node: Any, findings: Findings) -> bool:
     if not isinstance(node, Sequence):
         wrong_kind(node, "a list of names", findings)
         return False
-    return all([is_path(item, findings) for item in node])
+    return every(is_path(item, findings) for item in node)
 
 
 def is_bound_tokens(node: Any, findings: Findings) -> bool:
@@ -234,22 +245,22 @@ def is_bound_tokens(node: Any, findings: Findings) -> bool:
     if not isinstance(node, Mapping):
         wrong_kind(node, "tokens with the names that another tool gives them", findings)
         return False
-    return all([is_theirs(value, findings) for value in node.values()])
+    return every(is_theirs(value, findings) for value in node.values())
 
 
 def is_theirs(node: Any, findings: Findings) -> bool:
     """A name, a list of names, or names with weights."""
     if isinstance(node, Mapping):
-        return all([text_of("a weight")(value, findings) for value in node.values()])
+        return every(text_of("a weight")(value, findings) for value in node.values())
     return isinstance(node, Text) or texts_in(node, "a name, a list of names, or names with weights", findings)
 
 
 def is_arguments(node: Any, findings: Findings) -> bool:
     """A list of names, or names with defaults."""
     if isinstance(node, Mapping):
-        return all([is_name(key, findings) for key in node])
+        return every(is_name(key, findings) for key in node)
     if isinstance(node, Sequence):
-        return all([is_name(item, findings) for item in node])
+        return every(is_name(item, findings) for item in node)
     wrong_kind(node, "a list of arguments, or arguments with defaults", findings)
     return False
 

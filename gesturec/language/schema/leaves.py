@@ -62,7 +62,9 @@ KEYS_JSON: Final = any_of({"type": "string"}, map_of(any_of(map_of(NUMBER_JSON),
 PHASES_JSON: Final[Json] = {"$comment": "phases"}
 PHASES_DEFINITION: Final = map_of(any_of(NUMBER_JSON, {"$ref": "#/$defs/Phases"}), NAME_JSON)
 DWELL_JSON: Final = any_of(INTERVAL_JSON, map_of(INTERVAL_JSON))
-THEIRS_JSON: Final = any_of({"type": ["string", "number"]}, list_of({"type": ["string", "number"]}), map_of(NUMBER_JSON))
+THEIRS_JSON: Final = any_of(
+    {"type": ["string", "number"]}, list_of({"type": ["string", "number"]}), map_of(NUMBER_JSON)
+)
 BOUND_JSON: Final = any_of(NAMES_JSON, map_of(THEIRS_JSON, PATH_JSON))
 COLOR_JSON: Final = any_of({"type": "string"}, list_of(NUMBER_JSON, minItems=3, maxItems=3))
 
@@ -73,7 +75,9 @@ Axis: TypeAlias = Annotated[Text | Sequence | None, Leaf("an axis", form.is_vect
 Rest: TypeAlias = Annotated[Text | Mapping | None, Leaf("a rest", form.is_rest, REST_JSON)]
 Interval: TypeAlias = Annotated[Text | None, Leaf("an interval", form.text_of("an interval `lo .. hi`"), INTERVAL_JSON)]
 Levels: TypeAlias = Annotated[Text | Sequence | Mapping | None, Leaf("levels", form.is_levels, LEVELS_JSON)]
-Truth: TypeAlias = Annotated[Text | None, Leaf("a truth", form.word_of("true", "false"), any_of({"type": "boolean"}, PARAMETER_JSON))]
+Truth: TypeAlias = Annotated[
+    Text | None, Leaf("a truth", form.word_of("true", "false"), any_of({"type": "boolean"}, PARAMETER_JSON))
+]
 Name: TypeAlias = Annotated[Text | None, Leaf("a name", form.is_name, NAME_JSON, passes=False)]
 Path: TypeAlias = Annotated[Text | None, Leaf("a name", form.is_path, PATH_JSON)]
 Names: TypeAlias = Annotated[Text | Sequence | None, Leaf("a list of names", form.is_names, NAMES_JSON)]
@@ -82,7 +86,12 @@ Expression: TypeAlias = Annotated[
 ]
 Pattern: TypeAlias = Annotated[Text | None, Leaf("a gesture pattern", form.text_of("a gesture pattern"))]
 Arcs: TypeAlias = Annotated[
-    Sequence | None, Leaf("a list of arcs", lambda n, f: form.texts_in(n, "a list of arcs", f), list_of({"type": "string", "pattern": "->"}))
+    Sequence | None,
+    Leaf(
+        "a list of arcs",
+        lambda n, f: form.texts_in(n, "a list of arcs", f),
+        list_of({"type": "string", "pattern": "->"}),
+    ),
 ]
 Color: TypeAlias = Annotated[Text | Sequence | None, Leaf("a color", form.is_color, COLOR_JSON)]
 Configuration: TypeAlias = Annotated[
@@ -91,12 +100,21 @@ Configuration: TypeAlias = Annotated[
 Keys: TypeAlias = Annotated[Text | Mapping | None, Leaf("keys", form.is_keys, KEYS_JSON)]
 Phases: TypeAlias = Annotated[Mapping | None, Leaf("phases", form.is_phases, PHASES_JSON, passes=False)]
 DwellTimes: TypeAlias = Annotated[Text | Mapping | None, Leaf("a dwell time", form.is_dwell, DWELL_JSON)]
-BoundTokens: TypeAlias = Annotated[Sequence | Mapping | None, Leaf("tokens", form.is_bound_tokens, BOUND_JSON, passes=False)]
+BoundTokens: TypeAlias = Annotated[
+    Sequence | Mapping | None, Leaf("tokens", form.is_bound_tokens, BOUND_JSON, passes=False)
+]
 TheirNames: TypeAlias = Annotated[
-    Sequence | None, Leaf("a list of names", lambda n, f: form.texts_in(n, "a list of names", f), list_of(SCALAR_JSON), passes=False)
+    Sequence | None,
+    Leaf("a list of names", lambda n, f: form.texts_in(n, "a list of names", f), list_of(SCALAR_JSON), passes=False),
 ]
 Arguments: TypeAlias = Annotated[
-    Sequence | Mapping | None, Leaf("arguments", form.is_arguments, any_of(list_of(NAME_JSON), {"type": "object", "propertyNames": NAME_JSON}), passes=False)
+    Sequence | Mapping | None,
+    Leaf(
+        "arguments",
+        form.is_arguments,
+        any_of(list_of(NAME_JSON), {"type": "object", "propertyNames": NAME_JSON}),
+        passes=False,
+    ),
 ]
 Files: TypeAlias = Annotated[
     Node | None, Leaf("a list of files", form.is_anything, list_of({"type": "string"}), passes=False)
