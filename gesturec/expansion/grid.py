@@ -175,6 +175,9 @@ def _times(rows: Levels, counts: Sequence[int]) -> Levels:
 
 
 def _in_product_order(counts: Sequence[int], order: Sequence[int], rows: Levels) -> Levels:
+    """Rows with the joints back in their places; blocks are done depth first, so only another order needs sorting."""
+    if list(order) == sorted(order):
+        return rows
     sorted_rows = np.empty_like(rows)
     sorted_rows[:, order] = rows
-    return sorted_rows[np.lexsort(sorted_rows.T[::-1])] if len(counts) else sorted_rows
+    return sorted_rows[np.lexsort(sorted_rows.T[::-1])]

@@ -192,9 +192,21 @@ def grid_states(
         edges = np.array([(each.value, each.low, each.high) for each in joints[joint].levels])
         cells[joint] = edges[level[:, position]].T
     labels = [[each.label for each in joints[joint].levels] for joint in free]
-    columns = [[label[i] for i in level[:, position]] for position, label in enumerate(labels)]
-    names = tuple(map("/".join, zip(*columns, strict=True)))
+    names = _product_names(labels) if shape is not None else _row_names(labels, level)
     return _table(body, machine, free, level, cells, names, shape)
+
+
+def _product_names(labels: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Names of all combinations: each prefix is joined once."""
+    names = list(labels[0])
+    for more in labels[1:]:
+        names = [f"{name}/{label}" for name in names for label in more]
+    return tuple(names)
+
+
+def _row_names(labels: Sequence[Sequence[str]], level: Ints) -> tuple[str, ...]:
+    columns = [[label[i] for i in level[:, position].tolist()] for position, label in enumerate(labels)]
+    return tuple(map("/".join, zip(*columns, strict=True)))
 
 
 def _table(
