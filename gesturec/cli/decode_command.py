@@ -113,8 +113,10 @@ def _report(artifact: Artifact, outcomes: list[Outcome], skipped: int, options: 
     if skipped:
         print(f"{skipped} recordings were decoded already and left out (--resume)", file=sys.stderr)
     if artifact.manifest.gestures:
-        count_ = len(artifact.manifest.gestures)
-        print(f"note: the model's {count_} gestures are kept, but running them is not built yet", file=sys.stderr)
+        from gesturec.cli.decoding import some
+
+        names = some([str(gesture["name"]) for gesture in artifact.manifest.gestures])
+        print(f"note: gestures are kept in the model, but running them is not built yet: {names}", file=sys.stderr)
 
 
 def summary_text(outcome: Outcome) -> str:
@@ -129,7 +131,15 @@ def summary_text(outcome: Outcome) -> str:
         rows.append((f"  {name}", *(f"{shares[key]:.1%}" for key in ("decided", "deferred", "misfit", "lost"))))
     notes = [f"  note: {note}" for note in summary["notes"]]
     status = ", ".join(f"{name} {number / summary['frames']:.1%}" for name, number in summary["status"].items())
-    return "\n".join([head, *table(rows), f"  frames: {status}", *notes, f"  -> {', '.join(outcome.files)}"])
+    return "\n".join(
+        [
+            head,
+            *(table(rows) if len(rows) > 1 else ()),
+            f"  frames: {status}",
+            *notes,
+            f"  -> {', '.join(outcome.files)}",
+        ]
+    )
 
 
 def warnings_of(outcome: Outcome) -> list[str]:

@@ -36,7 +36,7 @@ def test_a_name_without_suffix_makes_states_and_events(folder: Path, capsys: Cap
     assert main(["decode", "hand.gcm", "take.csv", "-o", "out"]) == 0
     output = capsys.readouterr()
     assert "binding `own names`" in output.out and "thumb" in output.out
-    assert "gestures are kept, but running them is not built yet" in output.err
+    assert "gestures are kept in the model, but running them is not built yet" in output.err
     table = rows(folder / "out.states.csv")
     assert table[0][:9] == HEAD and table[0][-9:] == TAIL
     assert [row[0] for row in table[1:]] == [str(frame) for frame in range(26)]
