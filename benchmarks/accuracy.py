@@ -17,14 +17,18 @@ import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.artifact.artifact import Artifact
+from gesturec.artifact.store import load
 from gesturec.recordings.rig import load_rig
 from gesturec.recordings.stereo import triangulate
 from gesturec.runtime.decode import decode
@@ -52,6 +56,7 @@ COLUMNS: Final = ("exact", "within1", "decided", "hidden", "cover", "size", "pos
 class Job:
     """One trial of one file, one way."""
 
+    model: Path
     data: Path
     name: str
     trial: int
@@ -59,23 +64,25 @@ class Job:
     blind: bool
 
 
-def hand() -> Any:
-    """The shipped hand, compiled here."""
-    from gesturec.compile import compile_model
+def compiled_hand(folder: Path) -> Path:
+    """The shipped hand, compiled into a folder."""
+    import gesturec
 
-    model = compile_model(ROOT / "models" / "hand.yaml")
-    return getattr(model, "artifact", model)
+    path = folder / "hand.gcm"
+    gesturec.save(gesturec.compile_model(ROOT / "models" / "hand.yaml"), path)
+    return path
 
 
-_ARTIFACT: list[Any] = []
+@cache
+def artifact(path: Path) -> Artifact:
+    """A compiled model, loaded once a worker."""
+    return load(path)
 
 
 def run(job: Job) -> tuple[Job, dict[str, float]]:
     """Decode one trial and score it."""
-    if not _ARTIFACT:
-        _ARTIFACT.append(hand())
     stream = np.load(job.data / f"{job.name}.npz")
-    decoding = decode(_ARTIFACT[0], recording_of(job, stream), **options_of(job, stream))
+    decoding = decode(artifact(job.model), recording_of(job, stream), **options_of(job, stream))
     return job, score(decoding, stream, job.trial)
 
 
@@ -97,7 +104,7 @@ def recording_of(job: Job, stream: Any) -> Any:
 
 def options_of(job: Job, stream: Any) -> dict[str, Any]:
     """What the session is told."""
-    return WAYS[job.way] | {"scale": None if job.blind else float(stream["scale"])}
+    return WAYS[job.way] | ({} if job.blind else {"scale": float(stream["scale"]), "start": "flat"})
 
 
 def score(decoding: Decoding, stream: Any, trial: int) -> dict[str, float]:
@@ -211,14 +218,25 @@ def main() -> None:
     parser.add_argument("--ways", default="lag2,offline", help=",".join(WAYS))
     parser.add_argument("--files", default=",".join(STANDARD))
     parser.add_argument("--trials", default="0-11", help="first-last, or a list by commas")
+    parser.add_argument("--model", type=Path, help="a compiled hand; else models/hand.yaml is compiled")
     parser.add_argument("--blind", action="store_true", help="tell neither noise nor size")
     parser.add_argument("-j", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     first, _, last = given.trials.partition("-")
     trials = list(range(int(first), int(last) + 1)) if last else [int(t) for t in given.trials.split(",")]
+    with TemporaryDirectory() as folder:
+        results = run_all(given, trials, given.model or compiled_hand(Path(folder)))
+    text = "\n".join(table(results, bars(given.data, trials)))
+    print(text)
+    if given.out:
+        given.out.write_text(text + "\n")
+
+
+def run_all(given: argparse.Namespace, trials: Sequence[int], model: Path) -> list[tuple[Job, dict[str, float]]]:
+    """Every trial of every file in every way that was asked for."""
     jobs = [
-        Job(given.data, f, t, w, given.blind)
+        Job(model, given.data, f, t, w, given.blind)
         for w in given.ways.split(",")
         for f in given.files.split(",")
         for t in trials
@@ -226,11 +244,7 @@ def main() -> None:
     for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(threads, "1")  # before the workers import numpy
     with ProcessPoolExecutor(given.j, mp_context=get_context("spawn")) as pool:
-        results = list(pool.map(run, jobs, chunksize=4))
-    text = "\n".join(table(results, bars(given.data, trials)))
-    print(text)
-    if given.out:
-        given.out.write_text(text + "\n")
+        return list(pool.map(run, jobs, chunksize=4))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.runtime.kernels import MotionParameters, flow, hold_table, move_table, still_share
+from gesturec.runtime.kernels import MotionParameters, flow, hold_table, move_table, rest_weight, still_share
 from gesturec.runtime.lattice import Lattice
 from gesturec.runtime.reach import Graph, steps_in
 from gesturec.runtime.semiring import Floats, Semiring
@@ -39,6 +39,8 @@ class Tables(NamedTuple):
     """Transition tables for one interval; `move` and `hold` one matrix an axis."""
 
     flow: Floats
+    stop: Floats  # (*shape) from move to hold: likelier near the levels
+    go_on: Floats  # (*shape)
     hold: tuple[Floats, ...]
     move: tuple[Floats, ...]
 
@@ -76,9 +78,10 @@ class LatticeChain:
     def forward(self, belief: Belief, dt: float) -> Belief:
         """Carry a belief over `dt` seconds."""
         t, ring = self._tables(dt), self.ring
-        hold = ring.either(ring.join(t.flow[0, 0], belief.hold), ring.join(t.flow[1, 0], self._collapse(belief.move)))
+        hold = ring.either(ring.join(t.flow[0, 0], belief.hold), ring.join(t.stop, self._collapse(belief.move)))
         entered = self._enter(ring.join(t.flow[0, 1], belief.hold))
-        move = ring.either(ring.join(t.flow[1, 1], belief.move), entered)
+        stays = ring.join(self._spread(t.go_on), belief.move.reshape(self.split)).reshape(self.merged)
+        move = ring.either(stays, entered)
         return Belief(ring.apply_axes([m.T for m in t.hold], hold), ring.apply_axes([m.T for m in t.move], move))
 
     def backward(self, belief: Belief, dt: float) -> Belief:
@@ -87,8 +90,8 @@ class LatticeChain:
         hold, move = ring.apply_axes(t.hold, belief.hold), ring.apply_axes(t.move, belief.move)
         entered = ring.gather(ring.join(move.reshape(self.split), self.entry), self.mode_axes)
         stays = ring.either(ring.join(t.flow[0, 0], hold), ring.join(t.flow[0, 1], entered))
-        spread = self._spread(ring.join(t.flow[1, 0], hold))
-        moves = ring.either(spread, ring.join(t.flow[1, 1], move.reshape(self.split)))
+        stops = self._spread(ring.join(t.stop, hold))
+        moves = ring.either(stops, ring.join(self._spread(t.go_on), move.reshape(self.split)))
         return Belief(stays, moves.reshape(self.merged))
 
     def times(self, belief: Belief, cells: Floats) -> Belief:
@@ -142,7 +145,15 @@ class LatticeChain:
     def _make(self, dt: float) -> Tables:
         p, axes, table = self.motion, self.lattice.axes, self.ring.table
         move = tuple(table(move_table(a, p, dt, m == 3)) for a, m in zip(axes, self.modes, strict=True))
-        return Tables(table(flow(p, dt)), tuple(table(hold_table(a, p, dt)) for a in axes), move)
+        change, rest = flow(p, dt), np.ones(1)
+        for axis in axes:
+            rest = np.multiply.outer(rest, rest_weight(axis, p.rest_share)).ravel()
+        stop = np.minimum(rest * change[1, 0], p.most_stopping).reshape(self.lattice.shape)
+        go_on = 1 - stop
+        if not self.ring.multiplies:
+            stop, go_on = stop / stop.max(), go_on / go_on.max()
+        halves = stop.astype(np.float32), go_on.astype(np.float32)
+        return Tables(table(change), *halves, tuple(table(hold_table(a, p, dt)) for a in axes), move)
 
 
 @dataclass(eq=False)

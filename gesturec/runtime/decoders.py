@@ -10,19 +10,22 @@ from gesturec.runtime.nearest import Nearest
 from gesturec.runtime.options import Options
 from gesturec.runtime.reach import Graph
 from gesturec.runtime.semiring import SEMIRINGS, Semiring
+from gesturec.runtime.starting import start_masks
 from gesturec.runtime.window import WindowDecoder
 
 
 def make_decoders(body: Body, options: Options) -> tuple[Decoder, ...]:
     """One decoder a machine."""
-    machines = list(zip(body.machines, body.graphs, body.levers, strict=True))
+    firsts = start_masks(body.artifact, options.start)
+    machines = list(zip(body.machines, body.graphs, body.levers, firsts, strict=True))
     if options.decoder == "nearest":
-        return tuple(Nearest(tables, graph, lever, options.growing) for tables, graph, lever in machines)
+        return tuple(Nearest(tables, graph, lever, first, options.growing) for tables, graph, lever, first in machines)
     ring = SEMIRINGS[options.decoder]
     lattices = [machine_lattice(body.artifact, body.chain, tables) for tables in body.machines]
-    chains = [_chain(lattice, graph, ring) for lattice, (_, graph, _) in zip(lattices, machines, strict=True)]
+    chains = [_chain(lattice, graph, ring) for lattice, (_, graph, _, _) in zip(lattices, machines, strict=True)]
     return tuple(
-        WindowDecoder(tables, chain, lever) for chain, (tables, _, lever) in zip(chains, machines, strict=True)
+        WindowDecoder(tables, chain, lever, first)
+        for chain, (tables, _, lever, first) in zip(chains, machines, strict=True)
     )
 
 

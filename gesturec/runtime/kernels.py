@@ -29,13 +29,15 @@ class MotionParameters:
 
     hold_time: float = 0.8  # mean stay in hold
     move_time: float = 0.8  # mean stay in move
-    crossing_time: float = 0.7  # in which a moving joint crosses its whole range on average
+    crossing_time: float = 0.6  # in which a moving joint crosses its whole range on average
     speed_shape: float = 2.0  # of the gamma distribution of its speed (variation 1 / sqrt(shape))
-    joint_still_time: float = 0.2  # within move: mean stay of one joint in still
+    joint_still_time: float = 0.1  # within move: mean stay of one joint in still
     joint_move_time: float = 0.5  # and in a direction
     reversal: float = 0.1  # share of a direction's ends that turn at once to the other
     leak: float = 0.002  # of a still cell's mass per `LEAK_TIME` that leaves it
     directed_levels: int = 3  # a joint needs as many levels to be given directions
+    rest_share: float = 0.67  # joints come to rest near their levels: deviation in half widths of a level's cell
+    most_stopping: float = 0.9  # of a moving limb's mass in any cell that may stop in one interval
 
 
 def flow(p: MotionParameters, dt: float) -> Array:
@@ -71,8 +73,24 @@ def move_table(axis: Axis, p: MotionParameters, dt: float, is_directed: bool) ->
         return np.asarray(share * still + (1 - share) / 2 * (up + down))
     go, stop = 1 / p.joint_still_time, 1 / p.joint_move_time
     on, back = stop * (1 - p.reversal), stop * p.reversal
-    mode = exponential_of(dt * np.array([[-go, go / 2, go / 2], [on, -stop, back], [on, back, -stop]]))
-    return np.block([[mode[i, j] * (still, up, down)[j] for j in range(3)] for i in range(3)])
+    start, end = np.array([-go, go / 2, go / 2]), np.array([[on, -stop, back], [on, back, -stop]])
+    modes = np.stack(
+        [exponential_of(dt * np.vstack([start, weight * end])) for weight in rest_weight(axis, p.rest_share)]
+    )
+    return np.block([[modes[:, i, j, None] * (still, up, down)[j] for j in range(3)] for i in range(3)])
+
+
+def rest_weight(axis: Axis, share: float) -> Array:
+    """How much likelier a joint stops in each cell than anywhere in its level's; the mean there is 1."""
+    weight = np.ones(len(axis.low))
+    for level, value in enumerate(axis.value):
+        own = axis.level == level
+        low, width = axis.low[own], (axis.high - axis.low)[own]
+        half = max(float(axis.high[own].max()) - value, value - float(low.min()))
+        x = low[:, None] + width[:, None] * (np.arange(PLACES) + 0.5) / PLACES
+        likely = np.exp(-0.5 * ((x - value) / (share * half)) ** 2).mean(1)
+        weight[own] = likely / (likely @ width / width.sum())
+    return weight
 
 
 def displace(axis: Axis, way: Array) -> Array:

@@ -30,8 +30,13 @@ class Axis:
     low: Array  # (n,)
     high: Array
     level: NDArray[np.int64]  # (n,) the joint's level that each lies in
-    n_level: int
+    value: Array  # (n_level,) the levels
     wraps: bool
+
+    @property
+    def n_level(self) -> int:
+        """Number of levels."""
+        return len(self.value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +143,9 @@ def _axis(artifact: Artifact, joint: int) -> Axis:
     parts = slice(start, start + count)
     low, high = np.asarray(columns["fine_low"][parts]), np.asarray(columns["fine_high"][parts])
     level = np.asarray(columns["fine_level"][parts]).astype(np.int64)
-    return Axis(low, high, level, int(columns["joint_level_count"][joint]), bool(columns["joint_wrap"][joint]))
+    first, levels = (int(columns[f"joint_level_{k}"][joint]) for k in ("start", "count"))
+    value = np.asarray(columns["level_value"][first : first + levels])
+    return Axis(low, high, level, value, bool(columns["joint_wrap"][joint]))
 
 
 def _states_of(tables: MachineTables, free: list[int], axes: tuple[Axis, ...], artifact: Artifact) -> NDArray[np.int64]:

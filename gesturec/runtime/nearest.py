@@ -49,12 +49,13 @@ class Nearest:
     tables: MachineTables
     graph: Graph
     lever: Array  # (n_token,)
+    first: Mask  # (n_state,) states in which a take may begin
     growing: bool = True
     hold: float = HOLD
 
     def start(self) -> Carried:
         """Anything is possible."""
-        return Carried(np.ones(len(self.tables.state_names), dtype=bool), -1, np.inf)
+        return Carried(self.first.copy(), -1, np.inf)
 
     def likelihood(self, evidence: Evidence) -> None:
         """This decoder looks at states, not at cells."""

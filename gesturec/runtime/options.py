@@ -30,6 +30,8 @@ class Options:
         Standard deviation of a point; None: each point's covariance if given, else estimated.
     scale
         Size of the body over the model's; None: estimated.
+    start
+        Pose in which the take begins; None: any state.
     growing
         Whether the allowed set of `nearest` grows over a gap; False: the source paper's literal rule.
     names
@@ -44,6 +46,7 @@ class Options:
     lag: float | Literal["offline"] = 0.0
     noise: float | None = None
     scale: float | None = None
+    start: str | None = None
     growing: bool = True
     names: tuple[str, ...] | None = None
     up: str | None = None

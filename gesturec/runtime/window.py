@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import MachineTables
+from gesturec.runtime.arrays import Mask
 from gesturec.runtime.chain import Belief, GraphChain, LatticeChain
 from gesturec.runtime.chi_square import chi_square_quantile
 from gesturec.runtime.decision import Decision, credible_set, most_probable
@@ -48,6 +49,7 @@ class WindowDecoder:
     tables: MachineTables
     chain: LatticeChain | GraphChain
     lever: Array
+    first: Mask  # (n_state,) states in which a take may begin
 
     def start(self) -> Carried:
         """Nothing known."""
@@ -60,8 +62,14 @@ class WindowDecoder:
     def advance(self, carried: Carried, sight: Sight) -> Belief:
         """Belief at the next frame, from it and all before."""
         chain = self.chain
-        belief = chain.start() if carried.belief is None else chain.forward(carried.belief, sight.dt)
+        belief = self._begin() if carried.belief is None else chain.forward(carried.belief, sight.dt)
         return chain.normalise(belief if sight.likelihood is None else chain.times(belief, sight.likelihood))
+
+    def _begin(self) -> Belief:
+        """Before the first frame: any cell of the states in which a take may begin."""
+        state = self.chain.lattice.state
+        inside = (state >= 0) & self.first[state]
+        return self.chain.normalise(self.chain.times(self.chain.start(), inside.astype(np.float32)))
 
     def backward(self, later: Belief | None, sight: Sight) -> Belief | None:
         """What frames from `sight` on say of the frame before it; None says nothing."""
