@@ -240,15 +240,43 @@ def _joined(first: Limb, second: Limb) -> Limb | None:
 
 def _pieces(limb: Limb) -> list[Limb]:
     """Cut a limb of many free joints, where no coupling and no way back crosses the cut."""
-    pieces, start = [], 0
-    parent = limb.parent
+    pieces, start, parent = [], 0, limb.parent
+    places = _cuts(limb.steps)
     while _free_count(limb.steps[start:]) > MAX_DOFS:
-        cut = _cut(limb.steps, start)
+        cut = _best_cut(limb.steps, start, [place for place in places if place > start])
         if cut is None:
             break
         pieces.append(Limb(parent, limb.steps[start:cut]))
         parent, start = limb.steps[cut - 1].part, cut
     return [*pieces, Limb(parent, limb.steps[start:])]
+
+
+def _cuts(steps: list[Step]) -> list[int]:
+    """Where a chain may be cut, before step k: steps of one joint, or of coupled ones, stay together."""
+    first: dict[str, int] = {}
+    last: dict[str, int] = {}
+    for k, step in enumerate(steps):
+        dof = step.part.moving
+        for name in (dof.name, dof.coupling.other if dof.coupling is not None else dof.name):
+            first.setdefault(name, k)
+            last[name] = k
+    ends = np.zeros(len(steps) + 1, dtype=int)  # how many stretches begin before k less those that have ended
+    for name, k in first.items():
+        ends[k + 1] += 1
+        ends[last[name] + 1] -= 1
+    return [int(k) for k in np.flatnonzero(np.cumsum(ends)[:-1] == 0) if k > 0]
+
+
+def _best_cut(steps: list[Step], start: int, places: list[int]) -> int | None:
+    """The last place to cut with at most half of `MAX_DOFS` before it, or the first beyond; None if there is none."""
+    best = None
+    for place in places:
+        count = _free_count(steps[start:place])
+        if count > (MAX_DOFS + 1) // 2 and best is not None:
+            break
+        if count > 0:
+            best = place
+    return best
 
 
 def _free_count(steps: list[Step]) -> int:
@@ -257,24 +285,6 @@ def _free_count(steps: list[Step]) -> int:
 
 def _is_free(dof: Dof) -> bool:
     return dof.value is None and dof.coupling is None
-
-
-def _cut(steps: list[Step], start: int) -> int | None:
-    """The last place to cut with at most half of `MAX_DOFS`, or the first beyond it; None if there is none."""
-    places = [k for k in range(start + 1, len(steps)) if _may_cut(steps, start, k)]
-    short = [k for k in places if _free_count(steps[start:k]) <= (MAX_DOFS + 1) // 2]
-    return short[-1] if short else places[0] if places else None
-
-
-def _may_cut(steps: list[Step], start: int, place: int) -> bool:
-    before = {step.part.moving.name for step in steps[start:place]}
-    after = {step.part.moving.name for step in steps[place:]}
-    crossing = [
-        step.part.moving.coupling.other in (after if step.part.moving.name in before else before)
-        for step in steps[start:]
-        if step.part.moving.coupling is not None
-    ]
-    return not any(crossing) and not before & after and _free_count(steps[start:place]) > 0
 
 
 def _parents_first(root: Moved, limbs: list[Limb]) -> list[Limb]:

@@ -23,14 +23,28 @@ def legal(text: str) -> str:
     return name + "_" if name in RESERVED | CONFUSING else name
 
 
-def unique(text: str, taken: set[str]) -> str:
-    """The nearest legal name that is not taken, which it is from now on."""
-    name, count = legal(text), 1
-    while name in taken:
-        count += 1
-        name = f"{legal(text)}_{count}"
-    taken.add(name)
-    return name
+class Taken:
+    """The names of one scope; a name that is there already gets a number."""
+
+    def __init__(self, *names: str) -> None:
+        self._count = dict.fromkeys(names, 1)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._count
+
+    def add(self, text: str) -> str:
+        """The nearest legal name that is not taken, which it is from now on.
+
+        >>> taken = Taken("tip")
+        >>> taken.add("tip"), taken.add("tip"), taken.add("base")
+        ('tip_2', 'tip_3', 'base')
+        """
+        first = name = legal(text)
+        while name in self._count:
+            self._count[first] += 1
+            name = f"{first}_{self._count[first]}"
+        self._count[name] = 1
+        return name
 
 
 def comment_text(text: str, limit: int = 100) -> str:

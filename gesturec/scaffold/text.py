@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from gesturec.scaffold.limbs import Limb, Moved, Step, all_parts, cut_into_limbs
-from gesturec.scaffold.naming import comment_text, legal, unique
+from gesturec.scaffold.naming import Taken, comment_text, legal
 from gesturec.scaffold.numbers import axis_text, degrees, millimetres, number, rest_of_matrix, vector
 from gesturec.scaffold.ranges import Cut, cut_dofs
 from gesturec.scaffold.tree import ORIGIN, Coupling, Dof, Floats, Rest, Skeleton, Token
@@ -30,7 +30,7 @@ Keys = list[tuple[str, str]]
 class _Names:
     """What the parts of the source are called in the model."""
 
-    top: set[str] = field(default_factory=set)
+    top: Taken = field(default_factory=Taken)
     limb: dict[int, str] = field(default_factory=dict)  # id of a part: its limb
     joint: dict[int, str] = field(default_factory=dict)  # id of a part: its joint, within the limb
     tokens: list[tuple[str, str]] = field(default_factory=list)  # full name and the source's, as they are written
@@ -65,14 +65,14 @@ def _head(name: str, skeleton: Skeleton) -> Iterator[str]:
 def _root_lines(root: Moved, skeleton: Skeleton, names: _Names) -> Iterator[str]:
     yield ""
     yield "root:                                # the part whose frame is the body's own"
-    yield f"  name: {unique(skeleton.root.name, set())}"
+    yield f"  name: {Taken().add(skeleton.root.name)}"
     points = np.array([token.at for token in root.tokens]).reshape(-1, 3)
     if len(points) < 3 or np.linalg.matrix_rank(points - points[0], tol=ON_AXIS) < 2:
         yield "  # TODO: three measured points of this part, not on a line, are what shows where the body is"
     yield "  tokens:" if root.tokens else "  tokens: {}"
     for token in root.tokens:
         called = token.name if legal(token.name) not in names.top else f"{token.name}_base"
-        called = unique(called, names.top)
+        called = names.top.add(called)
         names.tokens.append((called, token.name))
         yield f"    {called}: {vector(token.at)}{_comment(token.comment)}"
 
@@ -80,11 +80,11 @@ def _root_lines(root: Moved, skeleton: Skeleton, names: _Names) -> Iterator[str]
 def _name_parts(limb: Limb, names: _Names) -> None:
     """Name the limb after its first part, and its joints after the source's."""
     first = limb.parts()[0]
-    limb_name = unique(first.name, names.top)
-    taken: set[str] = set()
+    limb_name = names.top.add(first.name)
+    taken = Taken()
     for part in limb.parts():
         names.limb[id(part)] = limb_name
-        names.joint[id(part)] = unique(part.moving.name, taken)
+        names.joint[id(part)] = taken.add(part.moving.name)
 
 
 def _limb_lines(limb: Limb, skeleton: Skeleton, names: _Names) -> Iterator[str]:
@@ -100,7 +100,7 @@ def _limb_lines(limb: Limb, skeleton: Skeleton, names: _Names) -> Iterator[str]:
     if limb.parent.dof is not None:
         yield f"    parent: {names.limb[id(limb.parent)]}.{names.joint[id(limb.parent)]}"
     yield "    chain:"
-    taken = {names.joint[id(part)] for part in parts}
+    taken = Taken(*(names.joint[id(part)] for part in parts))
     for keys, comment in _entries(limb, cuts, names, taken):
         yield from _entry_lines(keys, comment)
     hidden = [names.joint[id(part)] for part in free if part.moving.type == "hinge" and not _is_shown(part)]
@@ -108,7 +108,7 @@ def _limb_lines(limb: Limb, skeleton: Skeleton, names: _Names) -> Iterator[str]:
         yield f"      # TODO: no token shows the angle of {', '.join(hidden)}: add one off its axis"
 
 
-def _entries(limb: Limb, cuts: dict[int, Cut], names: _Names, taken: set[str]) -> Iterator[tuple[Keys, str]]:
+def _entries(limb: Limb, cuts: dict[int, Cut], names: _Names, taken: Taken) -> Iterator[tuple[Keys, str]]:
     """The chain's entries in order, each with its comment."""
     for step in limb.steps:
         if step.back:
@@ -143,18 +143,18 @@ def _joint_entry(part: Moved, cut: Cut | None, names: _Names) -> tuple[Keys, str
     return keys, comment
 
 
-def _token_entry(token: Token, taken: set[str]) -> tuple[Keys, str]:
-    keys = [("token", unique(token.name, taken))]
+def _token_entry(token: Token, taken: Taken) -> tuple[Keys, str]:
+    keys = [("token", taken.add(token.name))]
     if vector(token.at) != "[0, 0, 0]":
         keys.append(("at", vector(token.at)))
     return keys, token.comment
 
 
-def _back_entries(step: Step, names: _Names, taken: set[str]) -> Iterator[tuple[Keys, str]]:
+def _back_entries(step: Step, names: _Names, taken: Taken) -> Iterator[tuple[Keys, str]]:
     """Exactly back: the joint the other way round, then its place and the frames before it undone."""
     part = step.part
     dof, name = part.moving, names.joint[id(part)]
-    keys = [("joint", unique(f"{name}_back", taken)), *_motion(dof)]
+    keys = [("joint", taken.add(f"{name}_back")), *_motion(dof)]
     if dof.value is not None:
         keys.append(("value", _value(dof, -dof.value)))
     elif dof.coupling is None:
