@@ -230,10 +230,10 @@ def token_jacobians(chain: Chain, angles: ArrayLike) -> Array:
         # the axis is the same before and after the joint has turned about it
         axis = rotation[..., joint + 1, :, :] @ chain.joint_axis[joint]
         if chain.joint_type[joint] == SLIDE:
-            jacobian[..., carried, :, joint] = axis[..., None, :]
+            jacobian[..., joint][..., carried, :] = axis[..., None, :]
         else:
             arm = tokens[..., carried, :] - translation[..., None, joint + 1, :]
-            jacobian[..., carried, :, joint] = np.cross(axis[..., None, :], arm)
+            jacobian[..., joint][..., carried, :] = np.cross(axis[..., None, :], arm)
     return jacobian
 
 
