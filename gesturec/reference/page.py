@@ -1,7 +1,8 @@
 """The language reference as one Markdown page.
 
 In: the declarations that the compiler runs on, `meaning.md`, and the models in `examples/`, which the tests compile.
-Out: the text of `docs/language-reference.md`; a test holds the file to it, so that no page can say what the compiler does not do.
+Out: the text of `docs/language-reference.md`; a test holds the file to it, so that no page can say what the compiler
+does not do.
 """
 
 from __future__ import annotations
