@@ -40,7 +40,6 @@ def shared_data() -> Path:
 def hand() -> Artifact:
     """The shipped hand, compiled."""
     from gesturec.compile import compile_artifact
-
     from gesturec.shipped import shipped_models
 
     return compile_artifact(shipped_models()["hand"])
