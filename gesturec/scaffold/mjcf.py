@@ -54,12 +54,11 @@ def read_mjcf(path: Path) -> Skeleton:
     _refuse(mujoco, str(path))
     settings = read_settings(mujoco, str(path))
     worlds = list(mujoco.all("worldbody"))
-    if not any(child.tag == "body" for world in worlds for child in world.children):
-        raise InputError("has no `worldbody` with a `body`", path, mujoco.line)
-    top = Node("base", worlds[0].line)
-    place = _Place(ORIGIN, np.eye(3), settings.main)
+    top = Node("base", mujoco.line)
     for world in worlds:
-        _fill(top, world, place, settings)
+        _fill(top, world, _Place(ORIGIN, np.eye(3), settings.main), settings)
+    if not top.children:
+        raise InputError("has no `worldbody` with a `body`", path, mujoco.line)
     if not top.tokens:
         top.tokens.append(Token(top.name))
     _couple(top, mujoco, settings)
@@ -81,9 +80,17 @@ def _fill(node: Node, element: Element, place: _Place, settings: Settings) -> No
         if child.tag == "site":
             node.tokens.append(_site(child, len(node.tokens), place, settings))
         elif child.tag == "frame":
+            _refuse_joints(child, settings)
             _fill(node, child, _inside(child, place, settings), settings)
         elif child.tag == "body":
             node.children.append(_body(child, place, settings))
+
+
+def _refuse_joints(frame: Element, settings: Settings) -> None:
+    """A joint in a frame would be dropped in silence: it is rare, and easily moved into the body."""
+    for child in frame.children:
+        if child.tag in ("joint", "freejoint"):
+            raise InputError(f"a `{child.tag}` inside a `frame`: put it into the body", settings.path, child.line)
 
 
 def _inside(element: Element, place: _Place, settings: Settings) -> _Place:

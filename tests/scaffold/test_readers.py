@@ -136,6 +136,7 @@ def world(*parts: str) -> str:
         (world("<body><joint class='soft'/></body>"), 3, ["`soft`", "not declared"]),
         (world("<body><body>", "<freejoint name='f'/></body></body>"), 4, ["`f`", "free"]),
         (world("<body name='a'><freejoint/></body>", "<body name='b'><freejoint/></body>"), None, ["`a`, `b`"]),
+        (world("<body><frame>", "<joint name='j'/></frame></body>"), 4, ["`joint`", "`frame`"]),
         (world("<replicate count='9'><body/></replicate>"), 3, ["`replicate`"]),
         ("<mujoco><compiler eulerseq='xyw'/><worldbody><body/></worldbody></mujoco>", 1, ["eulerseq"]),
         (
