@@ -33,6 +33,15 @@ def add_model_options(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--profile", metavar="P.yaml", help="a person's values of parameters")
     parser.add_argument("--max-states", type=count, metavar="N", help="most states of one machine")
+    parser.add_argument(
+        "--limit",
+        dest="limits",
+        action="append",
+        type=setting,
+        default=[],
+        metavar="NAME=N",
+        help="another limit, as findings name it (again for more)",
+    )
 
 
 def is_model(text: str) -> bool:
@@ -94,10 +103,23 @@ def source_of(text: str) -> Any:
 
 def compile_options(options: Namespace) -> dict[str, Any]:
     """What the command line says to the compiler."""
-    from gesturec.expansion.limits import DEFAULT_LIMITS, Limits
-
     settings = dict(options.settings)
     if len(settings) < len(options.settings):
         raise UsageError("--set gives one parameter two values")
-    limits = DEFAULT_LIMITS if options.max_states is None else Limits(max_states=options.max_states)
-    return {"set": settings, "profile": options.profile, "limits": limits}
+    given = dict(options.limits) | ({} if options.max_states is None else {"max_states": options.max_states})
+    return {"set": settings, "profile": options.profile, "limits": _limits(given)}
+
+
+def _limits(given: dict[str, Any]) -> Any:
+    """The compiler's limits with those given."""
+    from dataclasses import fields, replace
+
+    from gesturec.expansion.limits import DEFAULT_LIMITS
+
+    known = [field.name for field in fields(DEFAULT_LIMITS)]
+    for name, value in given.items():
+        if name not in known:
+            raise UsageError(f"there is no limit `{name}`, but {', '.join(known)}")
+        if not str(value).isascii() or not str(value).isdigit() or not 0 < int(str(value)[:19]) < 10**18:
+            raise UsageError(f"--limit {name} takes a whole number above zero, not `{value}`")
+    return replace(DEFAULT_LIMITS, **{name: int(value) for name, value in given.items()})

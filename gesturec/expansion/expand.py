@@ -114,7 +114,7 @@ def _refuse_memory(body: Body, expanded: Expanded, n_token: int, limits: Limits)
     lowered = body.model.machines[expanded.states.machine]
     n_byte = expanded.states.count * 8 * (3 * len(lowered.joints) + 6 * n_token + 2 * (3 * n_token) ** 2)
     what = f"machine `{lowered.name}` needs too many bytes for {expanded.states.count:,} states of {n_token} tokens"
-    refuse_count(n_byte, limits.memory, what, "--memory", lowered.span)
+    refuse_count(n_byte, limits.memory, what, "--limit memory=N", lowered.span)
 
 
 def _state_cost(body: Body, states: MachineStates, constraints: Sequence[LoweredConstraint]) -> Floats:

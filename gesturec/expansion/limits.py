@@ -17,10 +17,12 @@ from gesturec.diagnostics.source import Span
 class Limits:
     """What a compile may take; each bound is named in the finding that refuses to go beyond it.
 
+    On the command line the first is `--max-states N` and any of them `--limit NAME=N`.
+
     Attributes
     ----------
     max_states
-        States of one machine (`--max-states`).
+        States of one machine.
     max_combinations
         Combinations of levels of one machine that constraints are asked about: some ten seconds' work.
     max_transitions
@@ -28,7 +30,7 @@ class Limits:
     max_relation
         Cells of one relation's table over the product of its machines' states.
     memory
-        Bytes of all tables of one machine together (`--memory`).
+        Bytes of all tables of one machine together.
     """
 
     max_states: int = 1_000_000

@@ -88,7 +88,7 @@ def refuse_grid(body: Body, machine: int, counts: Sequence[int], constrained: bo
     if not constrained:
         refuse_count(total, limits.max_states, what, "--max-states", lowered.span, factors)
     what = f"machine `{lowered.name}` has too many combinations of levels to ask its constraints about"
-    refuse_count(total, limits.max_combinations, what, "max_combinations", lowered.span, factors)
+    refuse_count(total, limits.max_combinations, what, "--limit max_combinations=N", lowered.span, factors)
 
 
 def _too_many(body: Body, machine: int, counts: Sequence[int], found: int, limits: Limits) -> Diagnostic:

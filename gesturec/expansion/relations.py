@@ -47,7 +47,7 @@ def expand_relation(body: Body, constraint: LoweredConstraint, limits: Limits) -
     counts = [body.states[machine].count for machine in machines]
     factors = [f"{body.model.machines[m].name} {n}" for m, n in zip(machines, counts, strict=True)]
     what = f"`{constraint.name}` relates too many states"
-    refuse_count(prod(counts), limits.max_relation, what, "max_relation", constraint.span, factors)
+    refuse_count(prod(counts), limits.max_relation, what, "--limit max_relation=N", constraint.span, factors)
     sides = [_side(body, constraint, machine) for machine in machines]
     small = _values(body, constraint, sides)
     return Relation(constraint, machines, small[np.ix_(*(side.kind for side in sides))])

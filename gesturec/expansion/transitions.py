@@ -68,7 +68,9 @@ def expand_transitions(body: Body, states: MachineStates, rules: Sequence[Lowere
         fails = _truth(body, states, rule, sources(arcs), arcs.target) == 0
         effects.append(RuleEffect(rule, int(fails.sum())))
         cost[fails] += rule.cost
-    refuse_count(len(arcs.target), limits.max_transitions, _too_many(lowered), "max_transitions", lowered.span)
+    refuse_count(
+        len(arcs.target), limits.max_transitions, _too_many(lowered), "--limit max_transitions=N", lowered.span
+    )
     return Transitions(arcs, cost, tuple(effects))
 
 
@@ -81,7 +83,9 @@ def _steps(body: Body, states: MachineStates, limits: Limits) -> Arcs:
     if lowered.kind == "grid":
         return _grid_steps(body, states, lowered, limits)
     if lowered.kind == "states" and not lowered.arcs:
-        refuse_count(states.count**2, limits.max_transitions, _too_many(lowered), "max_transitions", lowered.span)
+        refuse_count(
+            states.count**2, limits.max_transitions, _too_many(lowered), "--limit max_transitions=N", lowered.span
+        )
         return complete(states.count)
     return _written_steps(body, states, lowered)
 
@@ -93,7 +97,7 @@ def _grid_steps(body: Body, states: MachineStates, lowered: LoweredMachine, limi
     if lowered.step == "any" or states.shape is not None:
         shape = [states.count] if lowered.step == "any" else counts
         at_most = whole_grid_count(shape, lowered.step)
-        refuse_count(at_most, limits.max_transitions, what, "max_transitions", lowered.span)
+        refuse_count(at_most, limits.max_transitions, what, "--limit max_transitions=N", lowered.span)
     if lowered.step == "any":
         return complete(states.count)
     if states.shape is not None and not any(wrapped):
@@ -103,7 +107,9 @@ def _grid_steps(body: Body, states: MachineStates, lowered: LoweredMachine, limi
     try:
         return adjacent_steps(states.level, counts, wrapped, limits.max_transitions)
     except TooManyArcs:
-        refuse_count(limits.max_transitions + 1, limits.max_transitions, what, "max_transitions", lowered.span)
+        refuse_count(
+            limits.max_transitions + 1, limits.max_transitions, what, "--limit max_transitions=N", lowered.span
+        )
         raise
 
 
@@ -149,7 +155,7 @@ def _allowed(body: Body, states: MachineStates, rule: LoweredRule, limits: Limit
     """Every pair of states for which an `allow` holds."""
     n = states.count
     what = f"`{rule.name}` asks about too many pairs of states"
-    refuse_count(n * n, limits.max_transitions, what, "max_transitions", rule.span, [f"{n}", f"{n}"])
+    refuse_count(n * n, limits.max_transitions, what, "--limit max_transitions=N", rule.span, [f"{n}", f"{n}"])
     everything = complete(n)
     holds = _truth(body, states, rule, sources(everything), everything.target) == 1
     return _without(everything, ~holds)

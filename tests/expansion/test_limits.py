@@ -73,8 +73,8 @@ def test_a_hundred_million_combinations_with_few_survivors_expand() -> None:
 def test_each_limit_is_named() -> None:
     for limits, word in (
         (Limits(max_states=99), "--max-states"),
-        (Limits(max_transitions=99), "max_transitions"),
-        (Limits(memory=999), "--memory"),
+        (Limits(max_transitions=99), "--limit max_transitions"),
+        (Limits(memory=999), "--limit memory"),
     ):
         (finding,) = expand_model(chain(2), limits).findings
         assert finding.rule == "too-many-states" and word in (finding.help or "")
