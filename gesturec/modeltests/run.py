@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gesturec.artifact.artifact import Artifact
 from gesturec.diagnostics.errors import GesturecError
 from gesturec.runtime.decode import decode
-from gesturec.score.levels import ranks_from_model
+from gesturec.score.levels import levels_from_model
 from gesturec.simulate.hiding import Hidden, tokens_of
 from gesturec.simulate.simulation import SimulateOptions, simulate
 
@@ -105,18 +105,19 @@ def _simulate_and_decode(artifact: Artifact, test: Mapping[str, Any]) -> tuple[i
 def within_level(artifact: Artifact, out: Ints, truth: Ints) -> float:
     """Share of machines' frames in which no joint is further than one level from the truth; NaN without machines.
 
-    Both of shape (n_frame, n_machine), local ids, -1 undecided. States without levels have to be the same.
+    Both of shape (n_frame, n_machine), local ids, -1 undecided. On a cycle or path one level is one sample; named
+    states have to be the same.
     """
     if not truth.size:
         return math.nan
-    within = np.empty(truth.shape, dtype=bool)
+    within = np.zeros(truth.shape, dtype=bool)
     for machine, name in enumerate(artifact.manifest.machines):
-        ranks = ranks_from_model(artifact, name)
+        levels, states = levels_from_model(artifact, name), artifact.manifest.states[name]
         mine, theirs = out[:, machine], truth[:, machine]
-        if ranks is None:
-            near = mine == theirs
+        decided = mine >= 0
+        if levels is None:
+            within[:, machine] = decided & (mine == theirs)
         else:
-            table = np.array([ranks[state] for state in artifact.manifest.states[name]])
-            near = np.abs(table[mine] - table[theirs]).max(axis=1, initial=0) <= 1
-        within[:, machine] = near & (mine >= 0)
+            pairs = [states[k] for k in mine[decided]], [states[k] for k in theirs[decided]]
+            within[decided, machine] = levels.within_one(*pairs)
     return float(within.mean())

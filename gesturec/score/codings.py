@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.score.levels import Ranks, states_of
+from gesturec.score.levels import Levels, states_of
 from gesturec.score.sequences import Runs, runs_of
 from gesturec.score.tables import UNDECIDED, StateTable
 
@@ -54,7 +54,7 @@ class Coding:
     within_one: Mask | None
 
 
-def code_machine(name: str, takes: Sequence[Matched], ranks: Ranks | None) -> Coding:
+def code_machine(name: str, takes: Sequence[Matched], levels: Levels | None) -> Coding:
     """Put the states of one machine to ids and count its runs."""
     ids = {UNDECIDED: -1}
     outs, truths, runs = [], [], []
@@ -66,7 +66,7 @@ def code_machine(name: str, takes: Sequence[Matched], ranks: Ranks | None) -> Co
         spanned = _spanned(take)
         runs.append((runs_of(whole[spanned], take.out.time[spanned]), runs_of(truth, take.truth.time)))
     out, truth = np.concatenate(outs), np.concatenate(truths)
-    within = None if ranks is None else _within_one(out, truth, _rank_table(ids, ranks))
+    within = None if levels is None else _within_one(out, truth, list(ids)[1:], levels)
     return Coding(name, out, truth, blocks_of(truths), tuple(runs), within)
 
 
@@ -97,17 +97,10 @@ def joint_truth(codings: Sequence[Coding], lengths: Sequence[int]) -> list[Ints]
     return [np.asarray(part) for part in np.split(ids, np.cumsum(lengths)[:-1])]
 
 
-def _rank_table(ids: dict[str, int], ranks: Ranks) -> Ints | None:
-    """Ranks by state id, shape (n_state, n_joint); None if a state in the files has no ranks."""
-    names = [name for name in ids if name != UNDECIDED]
-    if not names or any(name not in ranks for name in names):
+def _within_one(out: Ints, truth: Ints, names: Sequence[str], levels: Levels) -> Mask | None:
+    """Whether both are decided and near; None if a state in the files has no levels."""
+    if any(name not in levels.ranks for name in names):
         return None
-    return np.array([ranks[name] for name in names], dtype=np.int64).reshape(len(names), -1)
-
-
-def _within_one(out: Ints, truth: Ints, table: Ints | None) -> Mask | None:
-    if table is None:
-        return None
-    apart = np.abs(table[out] - table[truth]).max(axis=1, initial=0)
-    within: Mask = (out >= 0) & (truth >= 0) & (apart <= 1)
+    within = (out >= 0) & (truth >= 0)
+    within[within] = levels.within_one([names[k] for k in out[within]], [names[k] for k in truth[within]])
     return within

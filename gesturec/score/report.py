@@ -214,6 +214,8 @@ def _head(report: ScoreReport) -> list[str]:
             f"{match.tolerance:.4g} s (largest offset {match.largest_offset:.4g} s), {match.unmatched_truth} without a "
             f"frame (counted as undecided), {match.unused_out} of {match.out_frames} frames of the output unused"
         )
+        if match.refused_rows:
+            lines.append(f"{match.refused_rows} rows whose time did not rise are left out")
     return lines
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from gesturec.diagnostics.errors import InputError
 from gesturec.score.codings import Coding, Matched, blocks_of, code_machine, joint_truth
 from gesturec.score.events import TakeEvents, event_scores
-from gesturec.score.levels import Ranks, ranks_from_files, ranks_from_model, states_of
+from gesturec.score.levels import Levels, levels_from_files, levels_from_model, states_of
 from gesturec.score.machines import SetCoding, machine_score, overall_score
 from gesturec.score.matching import default_tolerance, match_frames
 from gesturec.score.poses import pose_score
@@ -78,8 +78,8 @@ def score(out_path: str | Path, truth_path: str | Path, options: ScoreOptions = 
     takes = [_match(take, options) for take in files if take.out_states is not None]
     names = _common_machines(takes, options, notes) if takes else ()
     sets = [_code_sets(name, takes, files, options) for name in names]  # of whole states, whichever joints are compared
-    takes, ranks = _levels(takes, names, options, notes)
-    codings = [code_machine(name, takes, ranks[name]) for name in names]
+    takes, levels = _levels(takes, names, options, notes)
+    codings = [code_machine(name, takes, levels[name]) for name in names]
     lengths = [len(take.truth.time) for take in takes]
     return ScoreReport(
         out=str(out_path),
@@ -130,9 +130,9 @@ def _common_machines(takes: Sequence[Matched], options: ScoreOptions, notes: lis
 
 def _levels(
     takes: list[Matched], names: Sequence[str], options: ScoreOptions, notes: list[str]
-) -> tuple[list[Matched], dict[str, Ranks | None]]:
-    """Ranks of every machine's states; the tables renamed where only some joints are compared."""
-    ranks: dict[str, Ranks | None] = {}
+) -> tuple[list[Matched], dict[str, Levels | None]]:
+    """Levels of every machine's states; the tables renamed where only some joints are compared."""
+    levels: dict[str, Levels | None] = {}
     for name in names:
         joints = joints_of(name, takes[0].truth, options.joints, options.artifact) if options.joints else ()
         if options.joints and not joints:
@@ -144,10 +144,10 @@ def _levels(
             ]
         if joints or options.artifact is None:
             tables = [table for take in takes for table in (take.out, take.truth)]
-            ranks[name] = ranks_from_files(name, tables, known_labels(joints, options.artifact))
+            levels[name] = levels_from_files(name, tables, known_labels(joints, options.artifact))
         else:
-            ranks[name] = ranks_from_model(options.artifact, name)
-    return takes, ranks
+            levels[name] = levels_from_model(options.artifact, name)
+    return takes, levels
 
 
 def _levels_from(codings: Sequence[Coding], options: ScoreOptions) -> str:
