@@ -17,7 +17,7 @@ from gesturec.artifact.artifact import Array
 from gesturec.artifact.columns import COLUMNS, Column
 from gesturec.artifact.manifest import Manifest
 from gesturec.artifact.programs import OPS, Op
-from gesturec.diagnostics.errors import ArtifactError
+from gesturec.artifact.validate_names import check_names, require
 
 Columns = Mapping[str, Array]
 
@@ -56,13 +56,6 @@ ARGUMENTS: Final = {
     "component": 3,
     "flip": 3,
 }
-# entries of the report's lists, by list
-REPORT: Final = {
-    "machines": {"name", "combinations", "states", "transitions"},
-    "constraints": {"name", "machine", "removed", "arcs"},
-    "relations": {"name", "kind", "machines", "combinations", "forbidden"},
-    "rules": {"name", "kind", "machine", "arcs"},
-}
 COUPLING_LEAVES: Final = frozenset({"constant", "joint"})  # a coupled value follows joints alone
 
 
@@ -81,64 +74,59 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
     for check in (_check_sizes, _check_chain, _check_ranges, _check_blocks, _check_transitions, _check_relations):
         check(columns, sizes)
     _check_programs(columns, sizes)
-    _check_names(manifest, columns, sizes)
-
-
-def _require(truth: object, what: str) -> None:
-    if not bool(truth):
-        raise ArtifactError(f"the tables contradict themselves: {what}")
+    check_names(manifest, columns, sizes)
 
 
 def _check_shape(column: Column, array: Array, sizes: dict[str, int]) -> None:
     for name, size in zip(column.shape, array.shape, strict=True):
         wanted = int(name) if name.isdigit() else sizes.setdefault(name, size)
-        _require(size == wanted, f"`{column.name}` has {size} where {name} is {wanted}")
+        require(size == wanted, f"`{column.name}` has {size} where {name} is {wanted}")
 
 
 def _check_values(column: Column, array: Array, sizes: Mapping[str, int]) -> None:
     if not array.size:
         return
     if column.dtype.startswith("f"):
-        _require(not column.finite or np.isfinite(array).all(), f"`{column.name}` is not finite")
+        require(not column.finite or np.isfinite(array).all(), f"`{column.name}` is not finite")
         return
-    _require(array.min() >= column.lowest, f"`{column.name}` goes below {column.lowest}")
+    require(array.min() >= column.lowest, f"`{column.name}` goes below {column.lowest}")
     if column.refers_to is not None:
         bound = int(column.refers_to) if column.refers_to.isdigit() else sizes[column.refers_to]
-        _require(array.max() < bound, f"`{column.name}` names more than there is of {column.refers_to}")
+        require(array.max() < bound, f"`{column.name}` names more than there is of {column.refers_to}")
 
 
 def _check_sizes(columns: Columns, sizes: Mapping[str, int]) -> None:
-    _require(sizes["n_segment"] == sizes["n_joint"] + 1, "there is not one segment a joint and the root")
-    _require(sizes["n_state_row"] == sizes["n_state"] + 1, "`transition_start` has not one row a state")
+    require(sizes["n_segment"] == sizes["n_joint"] + 1, "there is not one segment a joint and the root")
+    require(sizes["n_state_row"] == sizes["n_state"] + 1, "`transition_start` has not one row a state")
 
 
 def _check_chain(columns: Columns, sizes: Mapping[str, int]) -> None:
     parent, joints = columns["joint_parent"], np.arange(sizes["n_joint"])
-    _require((parent <= joints).all(), "a joint comes before the part that it sits on")
+    require((parent <= joints).all(), "a joint comes before the part that it sits on")
     rest, axis = columns["joint_rest"], columns["joint_axis"]
     product = np.einsum("jki,jkl->jil", rest, rest)
-    _require(np.abs(product - np.eye(3)).max(initial=0) < ROTATION_TOLERANCE, "`joint_rest` is no rotation")
-    _require((np.linalg.det(rest) > 0).all(), "`joint_rest` reflects")
-    _require(np.abs((axis**2).sum(-1) - 1).max(initial=0) < ROTATION_TOLERANCE, "`joint_axis` is no unit vector")
-    _require((columns["joint_low"] <= columns["joint_high"]).all(), "`joint_low` is above `joint_high`")
+    require(np.abs(product - np.eye(3)).max(initial=0) < ROTATION_TOLERANCE, "`joint_rest` is no rotation")
+    require((np.linalg.det(rest) > 0).all(), "`joint_rest` reflects")
+    require(np.abs((axis**2).sum(-1) - 1).max(initial=0) < ROTATION_TOLERANCE, "`joint_axis` is no unit vector")
+    require((columns["joint_low"] <= columns["joint_high"]).all(), "`joint_low` is above `joint_high`")
     limb = columns["segment_limb"]
-    _require((limb[:1] == -1).all() and (limb[1:] >= 0).all(), "`segment_limb` gives the root a limb, or a part none")
+    require((limb[:1] == -1).all() and (limb[1:] >= 0).all(), "`segment_limb` gives the root a limb, or a part none")
     coupled = columns["joint_source"] == 1
-    _require(((columns["joint_program"] >= 0) == coupled).all(), "`joint_program` and `joint_source` disagree")
+    require(((columns["joint_program"] >= 0) == coupled).all(), "`joint_program` and `joint_source` disagree")
 
 
 def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
     for start, count, size in RANGES:
         ends = columns[start].astype(np.int64) + columns[count]
-        _require((ends <= sizes[size]).all(), f"`{start}` and `{count}` reach beyond {size}")
+        require((ends <= sizes[size]).all(), f"`{start}` and `{count}` reach beyond {size}")
     for array, start, count in (
         ("level_value", "joint_level_start", "joint_level_count"),
         ("fine_low", "joint_fine_start", "joint_fine_count"),
     ):
-        _require(_rises_in_ranges(columns[array], columns[start], columns[count]), f"`{array}` does not rise")
+        require(_rises_in_ranges(columns[array], columns[start], columns[count]), f"`{array}` does not rise")
     states = columns["machine_state_start"].astype(np.int64) + columns["machine_state_count"]
-    _require(np.array_equal(columns["machine_state_start"], np.r_[0, states[:-1]][: len(states)]), "states have gaps")
-    _require((states[-1] if len(states) else 0) == sizes["n_state"], "there are states of no machine")
+    require(np.array_equal(columns["machine_state_start"], np.r_[0, states[:-1]][: len(states)]), "states have gaps")
+    require((states[-1] if len(states) else 0) == sizes["n_state"], "there are states of no machine")
     _check_fine_levels(columns)
     _check_sets(columns)
 
@@ -150,14 +138,14 @@ def _rises_in_ranges(values: Array, starts: Array, counts: Array) -> bool:
 def _check_fine_levels(columns: Columns) -> None:
     for joint, (start, count) in enumerate(zip(columns["joint_fine_start"], columns["joint_fine_count"], strict=True)):
         levels = columns["fine_level"][start : start + count]
-        _require((levels < max(1, columns["joint_level_count"][joint])).all(), "`fine_level` names a level too many")
+        require((levels < max(1, columns["joint_level_count"][joint])).all(), "`fine_level` names a level too many")
 
 
 def _check_sets(columns: Columns) -> None:
     counts = columns["machine_state_count"]
     for machine, start, count in zip(columns["set_machine"], columns["set_start"], columns["set_count"], strict=True):
         members = columns["set_state"][start : start + count]
-        _require((members < counts[machine]).all(), "a set has a state that its machine has not")
+        require((members < counts[machine]).all(), "a set has a state that its machine has not")
 
 
 def _check_blocks(columns: Columns, sizes: Mapping[str, int]) -> None:
@@ -167,21 +155,21 @@ def _check_blocks(columns: Columns, sizes: Mapping[str, int]) -> None:
         n_state, n_joint, n_token = (
             int(columns[f"machine_{what}_count"][machine]) for what in ("state", "joint", "token")
         )
-        _require(n_state > 0, "a machine has no state")
+        require(n_state > 0, "a machine has no state")
         block = {"angle": n_joint, "position": 3 * n_token, "covariance": 9 * n_token**2}
         for what, size in block.items():
-            _require(int(columns[f"machine_{what}_start"][machine]) == ends[what], f"`machine_{what}_start` has gaps")
+            require(int(columns[f"machine_{what}_start"][machine]) == ends[what], f"`machine_{what}_start` has gaps")
             ends[what] += n_state * size
     for what, size_name in (("angle", "angle"), ("position", "token"), ("covariance", "covariance")):
-        _require(ends[what] == sizes[f"n_state_{size_name}"], f"the blocks of `machine_{what}_start` do not fill it")
-    _require((columns["state_low"] <= columns["state_high"]).all(), "a state's cell is reversed")
+        require(ends[what] == sizes[f"n_state_{size_name}"], f"the blocks of `machine_{what}_start` do not fill it")
+    require((columns["state_low"] <= columns["state_high"]).all(), "a state's cell is reversed")
 
 
 def _check_transitions(columns: Columns, sizes: Mapping[str, int]) -> None:
     rows, targets = columns["transition_start"], columns["transition_target"]
-    _require(rows[0] == 0 and rows[-1] == len(targets), "`transition_start` does not span the transitions")
-    _require((np.diff(rows) >= 0).all(), "`transition_start` falls")
-    _require(sizes["n_transition_cost"] in (0, len(targets)), "`transition_cost` has not one entry a transition")
+    require(rows[0] == 0 and rows[-1] == len(targets), "`transition_start` does not span the transitions")
+    require((np.diff(rows) >= 0).all(), "`transition_start` falls")
+    require(sizes["n_transition_cost"] in (0, len(targets)), "`transition_cost` has not one entry a transition")
     for start, count in zip(columns["machine_state_start"], columns["machine_state_count"], strict=True):
         own = rows[start : start + count + 1]
         for first in range(0, count, ROWS):
@@ -191,9 +179,9 @@ def _check_transitions(columns: Columns, sizes: Mapping[str, int]) -> None:
 def _check_rows(rows: Array, targets: Array, n_state: int) -> None:
     """Successors of some states: there, and rising within each row."""
     own = targets[rows[0] : rows[-1]]
-    _require(not len(own) or own.max() < n_state, "a transition leads to a state that there is not")
+    require(not len(own) or own.max() < n_state, "a transition leads to a state that there is not")
     falls = np.flatnonzero(own[1:] <= own[:-1]) + 1  # allowed where a row begins
-    _require(np.isin(falls, rows - rows[0]).all(), "successors do not rise within a row")
+    require(np.isin(falls, rows - rows[0]).all(), "successors do not rise within a row")
 
 
 def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
@@ -205,33 +193,33 @@ def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
         strict=True,
     ):
         machines = columns["relation_machine"][first : first + count]
-        _require(count >= 2 and len(np.unique(machines)) == count, "a relation does not name different machines")
-        _require(int(start) == end, "`relation_cost_start` has gaps")
+        require(count >= 2 and len(np.unique(machines)) == count, "a relation does not name different machines")
+        require(int(start) == end, "`relation_cost_start` has gaps")
         size = 1
         for machine in machines:
             size *= int(columns["machine_state_count"][machine])
         end += size
-        _require(end <= sizes["n_relation_cost"], "`relation_cost` is too short")
-    _require(end == sizes["n_relation_cost"], "`relation_cost` is longer than its relations")
-    _require(not np.isnan(columns["relation_cost"]).any(), "`relation_cost` is not a number")
+        require(end <= sizes["n_relation_cost"], "`relation_cost` is too short")
+    require(end == sizes["n_relation_cost"], "`relation_cost` is longer than its relations")
+    require(not np.isnan(columns["relation_cost"]).any(), "`relation_cost` is not a number")
 
 
 def _check_programs(columns: Columns, sizes: Mapping[str, int]) -> None:
     """Every program leaves one value and never takes more than there is; its arguments exist."""
     codes, arguments = columns["op_code"], columns["op_argument"]
-    _require(len(codes) == 0 or (codes.min() >= 0 and codes.max() < len(OPS)), "`op_code` is no operation")
+    require(len(codes) == 0 or (codes.min() >= 0 and codes.max() < len(OPS)), "`op_code` is no operation")
     for code, op in enumerate(OPS):
         bound = ARGUMENTS.get(op.name)
         if bound is not None:
             named = arguments[codes == code]
             limit = sizes[bound] if isinstance(bound, str) else bound
-            _require(
+            require(
                 len(named) == 0 or (named.min() >= 0 and named.max() < limit), f"`{op.name}` names what is not there"
             )
         elif op.name == "clearance":
             named = arguments[codes == code]
             pairs = np.concatenate([named // 65536, named % 65536])
-            _require(
+            require(
                 len(pairs) == 0 or (pairs.min() >= 0 and pairs.max() < sizes["n_limb"]), "`clearance` names no limb"
             )
     coupling = set(columns["joint_program"].tolist())
@@ -242,93 +230,8 @@ def _check_programs(columns: Columns, sizes: Mapping[str, int]) -> None:
 def _check_program(operations: list[Op], is_coupling: bool) -> None:
     depth = 0
     for op in operations:
-        _require(op.takes <= depth, "a program takes more than there is")
+        require(op.takes <= depth, "a program takes more than there is")
         depth += 1 - op.takes
-        _require(depth <= MAX_STACK, "a program piles up too much")
-        _require(not is_coupling or op.takes or op.name in COUPLING_LEAVES, "a coupling follows more than joints")
-    _require(depth == 1, "a program does not leave one value")
-
-
-def _check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int]) -> None:
-    for names, size in (
-        ("joints", "n_joint"),
-        ("tokens", "n_token"),
-        ("limbs", "n_limb"),
-        ("machines", "n_machine"),
-        ("poses", "n_pose"),
-        ("relations", "n_relation"),
-        ("rules", "n_rule"),
-    ):
-        _require(len(getattr(manifest, names)) == sizes[size], f"the manifest does not name {size} {names}")
-    for machine, name in enumerate(manifest.machines):
-        named = manifest.states.get(name, ())
-        _require(len(named) == columns["machine_state_count"][machine], f"the states of `{name}` are not all named")
-    for joint, name in enumerate(manifest.joints):
-        labels = manifest.levels.get(name, ())
-        _require(len(labels) == columns["joint_level_count"][joint], f"the levels of `{name}` are not all named")
-    tokens = set(manifest.tokens)
-    _require(tokens.issuperset(manifest.token_colors), "a color is given to no token")
-    for binding in manifest.bindings:
-        _require(_is_binding(binding, tokens), "a binding is malformed")
-    _require(_is_report(manifest), "the report is malformed")
-    for name, phases in manifest.phases.items():
-        n_state = len(manifest.states.get(name, ()))
-        _require(all(_is_phase(phase, n_state) for phase in phases), "a phase is malformed")
-    for dwell in manifest.dwell:
-        _require(_is_dwell(dwell, manifest), "a dwell is malformed")
-    for pose, wanted in manifest.wanted.items():
-        _require(pose in manifest.poses and set(wanted) <= set(manifest.joints), "a pose wants what is not there")
-        _require(all(len(value) == 3 for value in wanted.values()), "a pose wants no value and interval")
-
-
-def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
-    bound = binding.get("tokens")
-    return (
-        set(binding) == {"name", "tokens", "order", "up"}
-        and isinstance(binding["name"], str)
-        and isinstance(bound, dict)
-        and tokens.issuperset(bound)
-        and all(isinstance(parts, dict) for parts in bound.values())
-        and isinstance(binding["order"], list)
-        and (binding["up"] is None or isinstance(binding["up"], str))
-    )
-
-
-def _is_phase(phase: object, n_state: int) -> bool:
-    return (
-        isinstance(phase, dict)
-        and set(phase) == {"name", "start", "end", "states", "parts"}
-        and isinstance(phase["name"], str)
-        and all(isinstance(phase[end], int | float) for end in ("start", "end"))
-        and _are_states(phase["states"], n_state)
-        and isinstance(phase["parts"], list)
-        and all(_is_phase(part, n_state) for part in phase["parts"])
-    )
-
-
-def _is_dwell(dwell: Mapping[str, object], manifest: Manifest) -> bool:
-    return (
-        set(dwell) == {"machine", "name", "states", "shortest", "longest"}
-        and dwell["machine"] in manifest.machines
-        and isinstance(dwell["name"], str | None)
-        and isinstance(dwell["shortest"], int | float)
-        and isinstance(dwell["longest"], int | float | None)
-        and _are_states(dwell["states"], len(manifest.states[str(dwell["machine"])]))
-    )
-
-
-def _are_states(value: object, n_state: int) -> bool:
-    return isinstance(value, list) and all(type(each) is int and 0 <= each < n_state for each in value)
-
-
-def _is_report(manifest: Manifest) -> bool:
-    """Lists of entries with the fields of REPORT; a relation's stand in the order of the relations."""
-    report = manifest.report
-    if not report:
-        return not manifest.relations
-    return set(report) == set(REPORT) and all(
-        isinstance(report[name], list)
-        and all(isinstance(each, dict) and set(each) == fields for each in report[name])
-        and (name != "relations" or len(report[name]) == len(manifest.relations))
-        for name, fields in REPORT.items()
-    )
+        require(depth <= MAX_STACK, "a program piles up too much")
+        require(not is_coupling or op.takes or op.name in COUPLING_LEAVES, "a coupling follows more than joints")
+    require(depth == 1, "a program does not leave one value")

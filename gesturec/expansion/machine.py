@@ -7,7 +7,6 @@ by one, and samples of a curve, are made first and asked afterwards.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from math import prod
 from typing import Any, NamedTuple
@@ -15,17 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.artifact.kinematics import complete_values
 from gesturec.artifact.programs import evaluate_checked, first_undefined
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
-from gesturec.expansion import curve
 from gesturec.expansion.conflict import smallest_conflict
 from gesturec.expansion.depend import dependence
 from gesturec.expansion.environment import Body, environment, state_environment
 from gesturec.expansion.grid import Check, TooMany, removed, survivors
 from gesturec.expansion.limits import Limits, Refused, refuse_count
-from gesturec.expansion.states import Floats, Ints, MachineStates
-from gesturec.lowering.lowered import LoweredConstraint, LoweredMachine, NamedState
+from gesturec.expansion.states import Floats, MachineStates
+from gesturec.expansion.table import free_of, grid_states
+from gesturec.expansion.written import written_states
+from gesturec.lowering.lowered import LoweredConstraint
 
 
 class Removal(NamedTuple):
@@ -49,7 +48,7 @@ def expand_states(body: Body, machine: int, requires: Sequence[LoweredConstraint
     lowered = body.model.machines[machine]
     if lowered.kind == "grid":
         return _grid(body, machine, requires, limits)
-    states = _written(body, machine, limits)
+    states = written_states(body, machine, limits)
     return _filtered(body, states, requires)
 
 
@@ -73,11 +72,6 @@ def _removal(body: Body, machine: int, counts: Sequence[int], constraint: Lowere
     wrapped = [body.model.joints[joint].wrap for joint in free_of(body, machine)]
     found = removed(counts, check, wrapped, body.model.machines[machine].step)
     return Removal(constraint, None, None) if found is None else Removal(constraint, *found)
-
-
-def free_of(body: Body, machine: int) -> tuple[int, ...]:
-    """The quantised joints of a machine, in chain order."""
-    return tuple(j for j in body.model.machines[machine].joints if body.model.joints[j].source == "quantised")
 
 
 def refuse_grid(body: Body, machine: int, counts: Sequence[int], constrained: bool, limits: Limits) -> None:
@@ -180,154 +174,6 @@ def conflict_finding(body: Body, machine: int, conflicting: Sequence[LoweredCons
         help="without any one of them there are states" if not one else None,
         related=tuple(Related(f"conflicts with `{c.name}`", c.span) for c in conflicting[1:]),
     )
-
-
-def grid_states(
-    body: Body, machine: int, free: tuple[int, ...], level: Ints, shape: tuple[int, ...] | None
-) -> MachineStates:
-    """The table of a grid from its levels."""
-    joints = body.model.joints
-    cells = {}
-    for position, joint in enumerate(free):
-        edges = np.array([(each.value, each.low, each.high) for each in joints[joint].levels])
-        cells[joint] = edges[level[:, position]].T
-    labels = [[each.label for each in joints[joint].levels] for joint in free]
-    names = _product_names(labels) if shape is not None else _row_names(labels, level)
-    return _table(body, machine, free, level, cells, names, shape)
-
-
-def _product_names(labels: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Names of all combinations: each prefix is joined once."""
-    names = list(labels[0])
-    for more in labels[1:]:
-        names = [f"{name}/{label}" for name in names for label in more]
-    return tuple(names)
-
-
-def _row_names(labels: Sequence[Sequence[str]], level: Ints) -> tuple[str, ...]:
-    columns = [[label[i] for i in level[:, position].tolist()] for position, label in enumerate(labels)]
-    return tuple(map("/".join, zip(*columns, strict=True)))
-
-
-def _table(
-    body: Body,
-    machine: int,
-    free: tuple[int, ...],
-    level: Ints,
-    cells: dict[int, Floats],
-    names: tuple[str, ...],
-    shape: tuple[int, ...] | None = None,
-    at: Floats | None = None,
-    members: dict[str, Ints] | None = None,
-) -> MachineStates:
-    """Fill in the joints that are not free; a coupled one's cell is what its drivers' corners give."""
-    lowered = body.model.machines[machine]
-    n = len(names)
-    value, low, high = (np.zeros((n, len(lowered.joints))) for _ in range(3))
-    for kind, table in enumerate((value, low, high)):
-        completed = complete_values(body.chain, {joint: cell[kind] for joint, cell in cells.items()})
-        for column, joint in enumerate(lowered.joints):
-            table[:, column] = completed[joint]
-    return MachineStates(
-        machine=machine,
-        joints=tuple(lowered.joints),
-        free=free,
-        shape=shape,
-        level=level,
-        angle=value,
-        low=np.minimum(low, high),
-        high=np.maximum(low, high),
-        at=np.full(n, np.nan) if at is None else at,
-        names=names,
-        members=members if members is not None else {},
-    )
-
-
-def _written(body: Body, machine: int, limits: Limits) -> MachineStates:
-    """States that are named one by one, and samples of a curve before them."""
-    lowered = body.model.machines[machine]
-    free = free_of(body, machine)
-    total = _count_written(body, lowered, free)
-    what = f"machine `{lowered.name}` has too many states"
-    refuse_count(total, limits.max_states, what, "--max-states", lowered.span)
-    parts = [_curve_part(body, lowered)] if lowered.cycle else []
-    parts += [_named_part(body, state, free) for state in lowered.states]
-    names = tuple(name for part in parts for name in part.names)
-    joints = [joint for joint in lowered.joints if body.model.joints[joint].source in ("quantised", "keyed")]
-    cells = {joint: np.concatenate([part.cells[joint] for part in parts], axis=1) for joint in joints}
-    at = np.concatenate([part.at for part in parts])
-    level = np.concatenate([part.level for part in parts])
-    return _table(body, machine, free, level, cells, names, None, at, _members(lowered, parts))
-
-
-class _Part(NamedTuple):
-    """Some states: names, cells (value, low, high) of quantised and keyed joints, places, levels of free joints."""
-
-    name: str | None
-    names: tuple[str, ...]
-    cells: dict[int, Floats]
-    at: Floats
-    level: Ints
-
-
-def _count_written(body: Body, lowered: LoweredMachine, free: Sequence[int]) -> int:
-    total = lowered.cycle.samples if lowered.cycle else 0
-    for state in lowered.states:
-        named = {cell.joint for cell in state.cells}
-        total += prod(len(body.model.joints[joint].levels) for joint in free if joint not in named)
-    return total
-
-
-def _curve_part(body: Body, lowered: LoweredMachine) -> _Part:
-    assert lowered.cycle is not None
-    places = curve.sample_places(lowered.cycle.samples)
-    cells = {}
-    for joint in lowered.joints:
-        if body.model.joints[joint].source == "keyed":
-            value = curve.joint_values(lowered.cycle, joint, places)
-            cells[joint] = np.stack([value, value, value])
-    no_level = np.zeros((len(places), 0), np.int16)
-    return _Part(None, curve.sample_names(lowered.cycle), cells, places, no_level)
-
-
-def _named_part(body: Body, state: NamedState, free: Sequence[int]) -> _Part:
-    """A named state, once for every combination of levels of the joints that it leaves out."""
-    given = {cell.joint: np.array([[cell.value], [cell.low], [cell.high]]) for cell in state.cells}
-    left_out = [joint for joint in free if joint not in given]
-    levels = {joint: body.model.joints[joint].levels for joint in left_out}
-    counts = [len(levels[joint]) for joint in left_out]
-    grid = np.indices(counts).reshape(len(left_out), math.prod(counts))
-    n = grid.shape[1]
-    cells = {joint: np.repeat(cell, n, axis=1) for joint, cell in given.items()}
-    for joint, index in zip(left_out, grid, strict=True):
-        cells[joint] = np.array([(each.value, each.low, each.high) for each in levels[joint]]).T[:, index]
-    labels = [[levels[joint][i].label for i in index] for joint, index in zip(left_out, grid, strict=True)]
-    names = tuple("/".join((state.name, *parts)) for parts in zip(*labels, strict=True)) if labels else (state.name,)
-    level = np.stack([_levels_of(body, joint, cells[joint][0]) for joint in free], axis=1) if free else np.zeros((n, 0))
-    return _Part(state.name, names, cells, np.full(n, np.nan), level.astype(np.int16))
-
-
-def _levels_of(body: Body, joint: int, values: Floats) -> Ints:
-    """Level of each value; -1 where it is none."""
-    levels = np.array([level.value for level in body.model.joints[joint].levels])
-    nearest = np.abs(values[:, None] - levels).argmin(axis=1)
-    return np.where(np.abs(levels[nearest] - values) < 1e-9, nearest, -1)
-
-
-def _members(lowered: LoweredMachine, parts: Sequence[_Part]) -> dict[str, Ints]:
-    """What each name stands for: states, samples and phases."""
-    members: dict[str, Ints] = {}
-    start = 0
-    for part in parts:
-        ids = np.arange(start, start + len(part.names))
-        if part.name is not None:
-            members[part.name] = ids
-        members.update({name: ids[i : i + 1] for i, name in enumerate(part.names) if name != part.name})
-        start += len(part.names)
-    if lowered.cycle:
-        for phase in curve.all_phases(lowered.cycle.phases):
-            members[phase.name] = curve.phase_samples(lowered.cycle, phase)
-    return members
 
 
 def _filtered(body: Body, states: MachineStates, requires: Sequence[LoweredConstraint]) -> Expanded:

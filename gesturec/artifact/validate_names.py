@@ -1,0 +1,116 @@
+"""Whether a manifest names what the arrays have: the part of `validate` that is about names.
+
+In: a manifest, and the columns with their sizes. Out: nothing, or one `ArtifactError`. What later rooms read
+from the manifest without looking (bindings, phases, dwell, report) has the form that they expect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from gesturec.artifact.artifact import Array
+from gesturec.artifact.manifest import Manifest
+from gesturec.diagnostics.errors import ArtifactError
+
+Columns = Mapping[str, Array]
+
+# entries of the report's lists, by list
+REPORT: Final = {
+    "machines": {"name", "combinations", "states", "transitions"},
+    "constraints": {"name", "machine", "removed", "arcs"},
+    "relations": {"name", "kind", "machines", "combinations", "forbidden"},
+    "rules": {"name", "kind", "machine", "arcs"},
+}
+
+
+def require(truth: object, what: str) -> None:
+    """Raise ArtifactError unless `truth` holds."""
+    if not bool(truth):
+        raise ArtifactError(f"the tables contradict themselves: {what}")
+
+
+def check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int]) -> None:
+    """Every thing has its name, and what names another names one that is there."""
+    for names, size in (
+        ("joints", "n_joint"),
+        ("tokens", "n_token"),
+        ("limbs", "n_limb"),
+        ("machines", "n_machine"),
+        ("poses", "n_pose"),
+        ("relations", "n_relation"),
+        ("rules", "n_rule"),
+    ):
+        require(len(getattr(manifest, names)) == sizes[size], f"the manifest does not name {size} {names}")
+    for machine, name in enumerate(manifest.machines):
+        named = manifest.states.get(name, ())
+        require(len(named) == columns["machine_state_count"][machine], f"the states of `{name}` are not all named")
+    for joint, name in enumerate(manifest.joints):
+        labels = manifest.levels.get(name, ())
+        require(len(labels) == columns["joint_level_count"][joint], f"the levels of `{name}` are not all named")
+    tokens = set(manifest.tokens)
+    require(tokens.issuperset(manifest.token_colors), "a color is given to no token")
+    for binding in manifest.bindings:
+        require(_is_binding(binding, tokens), "a binding is malformed")
+    require(_is_report(manifest), "the report is malformed")
+    for name, phases in manifest.phases.items():
+        n_state = len(manifest.states.get(name, ()))
+        require(all(_is_phase(phase, n_state) for phase in phases), "a phase is malformed")
+    for dwell in manifest.dwell:
+        require(_is_dwell(dwell, manifest), "a dwell is malformed")
+    for pose, wanted in manifest.wanted.items():
+        require(pose in manifest.poses and set(wanted) <= set(manifest.joints), "a pose wants what is not there")
+        require(all(len(value) == 3 for value in wanted.values()), "a pose wants no value and interval")
+
+
+def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
+    bound = binding.get("tokens")
+    return (
+        set(binding) == {"name", "tokens", "order", "up"}
+        and isinstance(binding["name"], str)
+        and isinstance(bound, dict)
+        and tokens.issuperset(bound)
+        and all(isinstance(parts, dict) for parts in bound.values())
+        and isinstance(binding["order"], list)
+        and (binding["up"] is None or isinstance(binding["up"], str))
+    )
+
+
+def _is_phase(phase: object, n_state: int) -> bool:
+    return (
+        isinstance(phase, dict)
+        and set(phase) == {"name", "start", "end", "states", "parts"}
+        and isinstance(phase["name"], str)
+        and all(isinstance(phase[end], int | float) for end in ("start", "end"))
+        and _are_states(phase["states"], n_state)
+        and isinstance(phase["parts"], list)
+        and all(_is_phase(part, n_state) for part in phase["parts"])
+    )
+
+
+def _is_dwell(dwell: Mapping[str, object], manifest: Manifest) -> bool:
+    return (
+        set(dwell) == {"machine", "name", "states", "shortest", "longest"}
+        and dwell["machine"] in manifest.machines
+        and isinstance(dwell["name"], str | None)
+        and isinstance(dwell["shortest"], int | float)
+        and isinstance(dwell["longest"], int | float | None)
+        and _are_states(dwell["states"], len(manifest.states[str(dwell["machine"])]))
+    )
+
+
+def _are_states(value: object, n_state: int) -> bool:
+    return isinstance(value, list) and all(type(each) is int and 0 <= each < n_state for each in value)
+
+
+def _is_report(manifest: Manifest) -> bool:
+    """Lists of entries with the fields of REPORT; a relation's stand in the order of the relations."""
+    report = manifest.report
+    if not report:
+        return not manifest.relations
+    return set(report) == set(REPORT) and all(
+        isinstance(report[name], list)
+        and all(isinstance(each, dict) and set(each) == fields for each in report[name])
+        and (name != "relations" or len(report[name]) == len(manifest.relations))
+        for name, fields in REPORT.items()
+    )
