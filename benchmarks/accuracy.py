@@ -205,9 +205,8 @@ def table(results: Iterable[tuple[Job, dict[str, float]]], bar: dict[tuple[str, 
             + f" {against:9.2f} {mean['exact'] - against:+7.2f}"
         )
     for (way, kind), each in differences.items():
-        lines.append(
-            f"{way:8s} {kind:24s} mean difference {np.nanmean(each):+.2f}, worst file {np.nanmin(each):+.2f}, files {len(each)}"
-        )
+        mean_off, worst = np.nanmean(each), np.nanmin(each)
+        lines.append(f"{way:8s} {kind:24s} mean difference {mean_off:+.2f}, worst file {worst:+.2f}, files {len(each)}")
     return lines
 
 

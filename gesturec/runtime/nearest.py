@@ -30,7 +30,7 @@ HOLD: Final = 1.0  # s for which an unseen machine keeps its last state; 19 of 2
 MISFIT_PROBABILITY: Final = 0.999
 MARGIN: Final = 6.0  # cost above the best within which a state is a candidate: odds of 20 to 1
 TIE: Final = 1e-6  # cost within which states count as equal; the lowest id wins, in every engine
-LITERAL_THRESHOLD: Final = 0.03  # m, token to template: farther is no match (the source paper's gate)
+GATE: Final = 0.5  # of the way to the neighbouring state's template: the literal rule's threshold
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,8 @@ class Nearest:
         away = np.linalg.norm(evidence.position - self.tables.token[:, evidence.seen], axis=-1)
         square = np.where(allowed, (away**2).sum(1), np.inf)
         best = lowest(square)
-        met = away[best].max() <= LITERAL_THRESHOLD
+        gate = literal_gate(self.tables, self.lever)[evidence.seen]
+        met = bool((away[best] <= gate).all())
         state = best if met else -1
         probability = np.zeros(len(square))
         probability[best] = float(met)
@@ -154,10 +155,22 @@ class Nearest:
             "ok" if met else "misfit",
             int(evidence.seen.sum()),
             float(square[best]),
-            len(away[best]) * LITERAL_THRESHOLD**2,
+            float((gate**2).sum()),
             int(allowed.sum()),
         )
         return (self._settle(best, decision)) if met else (belief, decision)
+
+
+def literal_gate(tables: MachineTables, lever: Array) -> Array:
+    """How far each token (n_token,) may be from a template, m; farther is no match.
+
+    The source paper has a threshold and does not say which. Half the way to the neighbouring state is the
+    largest that keeps states apart: a token `lever` from the machine's base moves by lever times the step
+    between levels.
+    """
+    steps = [np.diff(np.unique(np.round(column, 9))) for column in tables.angle.T]
+    least = min((float(step.min()) for step in steps if len(step)), default=np.inf)
+    return np.asarray(GATE * lever * least)
 
 
 def lowest(cost: Array) -> int:
