@@ -43,7 +43,7 @@ def compile_model(
     set
         Values of parameters, as text in the author's units or as numbers.
     profile
-        Path of a person's profile: values of parameters, in YAML.
+        Path of a person's profile, in YAML: values of parameters, and what `gesturec fit` found of the body.
     limits
         What the compile may take.
 
@@ -114,7 +114,20 @@ def iterate_stages(
     lowered = lower_body(body)
     yield "lowered", lowered, findings
     artifact, more = expand_model(lowered, limits)
+    if artifact is not None and profile is not None:
+        artifact, told = with_body(artifact, profile)
+        more = (*more, *told)
     yield "tables", artifact, sorted_findings((*findings, *more))
+
+
+def with_body(artifact: Artifact, profile: str | os.PathLike[str]) -> Compilation:
+    """The artifact with the body of a profile's person, and what is wrong with the profile."""
+    from gesturec.language.findings import Findings
+    from gesturec.profile.apply import apply_profile
+
+    findings = Findings()
+    applied = apply_profile(artifact, profile, findings)
+    return Compilation(applied, findings.sorted())
 
 
 def has_errors(findings: tuple[Diagnostic, ...]) -> bool:

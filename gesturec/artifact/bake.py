@@ -75,6 +75,7 @@ def rebake(
     joint_at: Mapping[str, ArrayLike] | None = None,
     token_at: Mapping[str, ArrayLike] | None = None,
     refinement: int | None = None,
+    joint_rest: Mapping[str, ArrayLike] | None = None,
 ) -> Artifact:
     """The artifact for another body of the same model.
 
@@ -89,6 +90,8 @@ def rebake(
         scale 1.
     refinement
         Parts of the fine lattice a level; None keeps the lattice.
+    joint_rest
+        Rest rotations (3, 3) of joints in their parents' frames, by full name.
 
     Raises
     ------
@@ -104,6 +107,7 @@ def rebake(
     _grow(columns, size / manifest.scale)
     _place(columns["joint_at"], manifest.joints, joint_at or {}, size)
     _place(columns["token_at"], manifest.tokens, token_at or {}, size)
+    _place(columns["joint_rest"], manifest.joints, joint_rest or {}, 1.0)
     if refinement is not None:
         columns.update(_refined(columns, refinement))
     chain = chain_of(columns)

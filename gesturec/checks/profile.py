@@ -15,8 +15,9 @@ from gesturec.language.findings import Findings
 from gesturec.language.reader import read_document
 from gesturec.language.schema.leaf import wrong_kind
 
-KNOWN_KEYS = ("gesturec", "name", "description", "parameters")
-MOST_BYTES = 1_000_000
+# All but `parameters` are read where the body is applied, after the compile: `gesturec/profile`.
+KNOWN_KEYS = ("gesturec", "name", "description", "units", "model", "parameters", "recordings", "body", "noise", "motion")
+MOST_BYTES = 4_000_000
 
 
 def profile_settings(path: str | os.PathLike[str] | None, findings: Findings) -> dict[str, object]:

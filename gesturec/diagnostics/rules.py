@@ -71,6 +71,7 @@ ERRORS: Final = (
     ("unknown-level", "a value or name is not a level of its joint"),
     ("unknown-setting", "`--set` or a profile names no parameter"),
     ("bad-setting", "`--set` or a profile gives a parameter a value that it cannot take"),
+    ("other-model", "a profile was made for another model"),
     ("duplicate-name", "one name is given to two things"),
     ("shadowed-name", "a name would mean two things in one place"),
     ("circular-reference", "things are defined by each other in a circle"),

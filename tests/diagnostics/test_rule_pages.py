@@ -23,8 +23,8 @@ from tests.checks.test_wrong_models import FOLDER, over_base, sections
 
 FENCE = re.compile(r"(?ms)^```yaml *(.*?)\n(.*?)^```$")
 MARK = re.compile(r" *# error: \[([a-z-]+)\]$")
-# What no YAML text can show.
-WITHOUT_EXAMPLE = {"bad-encoding"}
+# What no text of a model can show.
+WITHOUT_EXAMPLE = {"bad-encoding", "other-model"}
 # Settings stand in no file.
 WITHOUT_LINE = {"unknown-setting"}
 

@@ -1,0 +1,184 @@
+"""From recordings of one person to a profile: the table of contents of the fit.
+
+`fit_profile`: frames are chosen → a first guess of size, poses and angles → bundle adjustment of the person's places,
+rests and size → what was really told by the frames is kept → noise from the residuals → the takes are decoded
+with the new body, and how its limbs hold and move is counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.fit.adjust import Adjusted, Joints, adjust, free_joints
+from gesturec.fit.frames import MAX_FRAMES, Frames, choose_frames, first_guess
+from gesturec.fit.motion import Path, motions
+from gesturec.fit.parameters import Layout, lay_out, right_jacobian
+from gesturec.profile.apply import with_profile
+from gesturec.profile.profile import Part, Profile, Take, Vector
+from gesturec.recordings.recording import Recording
+from gesturec.runtime.decode import decode
+
+Array = NDArray[np.float64]
+
+TOLD: Final = 0.7  # of the prior's deviation: an estimate that is not sharper was not told by the recordings
+FEWEST_FRAMES: Final = 10  # below, angles and lengths cannot be told apart
+
+
+class FitError(ValueError):
+    """The recordings do not determine a body; the message says why."""
+
+
+class Fit(NamedTuple):
+    """A profile, and what it rests on."""
+
+    profile: Profile
+    layout: Layout
+    joints: Joints
+    frames: Frames
+    adjusted: Adjusted
+
+
+def fit_profile(
+    artifact: Artifact,
+    recordings: Sequence[Recording],
+    bind: object = None,
+    parameters: Mapping[str, str] | None = None,
+    with_costs: bool = False,
+    most_frames: int = MAX_FRAMES,
+    advance: Callable[[], None] = lambda: None,
+) -> Fit:
+    """Fit a person's profile.
+
+    Parameters
+    ----------
+    artifact
+        The compiled model.
+    recordings
+        Takes of one person.
+    bind
+        A binding's name or mapping; None: the one that fits each recording's names.
+    parameters
+        What the model was compiled with, which the profile repeats.
+    with_costs
+        Whether costs of transitions are given for grids too.
+    most_frames
+        Frames that are adjusted together.
+    advance
+        Called after the adjustment and after each recording's decoding.
+
+    Raises
+    ------
+    FitError, ValueError
+        Too little is seen; names that fit no binding.
+    """
+    frames = choose_frames(artifact, recordings, bind, most_frames)
+    if len(frames.measured) < FEWEST_FRAMES:
+        count = len(frames.measured)
+        raise FitError(f"{count} frames show three root tokens off a line; a fit needs {FEWEST_FRAMES} or more")
+    seen = np.isfinite(frames.measured).all(axis=-1)
+    layout = lay_out(artifact, seen.any(axis=0))
+    columns = artifact.columns
+    joints = free_joints(layout, columns["joint_low"], columns["joint_high"], len(frames.measured))
+    adjusted = adjust(layout, joints, frames.measured, first_guess(artifact, frames.measured))
+    advance()
+    profile = profile_of(artifact, recordings, frames, layout, adjusted)
+    person = with_profile(artifact, profile)
+    paths = []
+    for recording in recordings:
+        decoding = decode(person, recording, bind=bind)
+        paths.append(Path(decoding.time, decoding.state))
+        advance()
+    motion = motions(artifact, paths, with_costs)
+    profile = replace(profile, parameters=dict(parameters or {}), motion=motion)
+    return Fit(profile, layout, joints, frames, adjusted)
+
+
+def profile_of(
+    artifact: Artifact, recordings: Sequence[Recording], frames: Frames, layout: Layout, adjusted: Adjusted
+) -> Profile:
+    """What the adjustment found, by name."""
+    manifest = artifact.manifest
+    joints, tokens = _places(artifact, layout, adjusted)
+    for joint, turn, error in _turns(layout, adjusted):
+        name = manifest.joints[joint]
+        part = joints.get(name, Part())
+        joints[name] = Part(part.at, part.at_error, turn, error)
+    seen = np.isfinite(frames.measured).all(axis=-1)
+    spread = token_noise(adjusted, seen)
+    measured = np.flatnonzero(seen.any(axis=0))
+    return Profile(
+        model=manifest.name,
+        digest=manifest.digest,
+        name=" ".join(recording.name for recording in recordings),
+        scale=float(np.exp(adjusted.parameters[0])),
+        scale_error=float(np.exp(adjusted.parameters[0]) * np.sqrt(adjusted.covariance[0, 0])),
+        joints={name: joints[name] for name in manifest.joints if name in joints},
+        tokens=tokens,
+        noise=adjusted.noise,
+        token_noise={manifest.tokens[token]: float(spread[token]) for token in measured},
+        takes=tuple(_take(recordings, frames, adjusted, number) for number in range(len(recordings))),
+    )
+
+
+def _places(artifact: Artifact, layout: Layout, adjusted: Adjusted) -> tuple[dict[str, Part], dict[str, Part]]:
+    """Joints and tokens whose place the frames have told."""
+    joints: dict[str, Part] = {}
+    tokens: dict[str, Part] = {}
+    size = float(np.exp(adjusted.parameters[0]))
+    for item, place in enumerate(layout.places):
+        at = size * (place.at + place.axes @ layout.part(adjusted.parameters, item))
+        jacobian = np.zeros((3, layout.size))
+        jacobian[:, 0] = at
+        jacobian[:, layout.starts[item] : layout.starts[item + 1]] = size * place.axes
+        error = np.sqrt(np.einsum("ip,pq,iq->i", jacobian, adjusted.covariance, jacobian))
+        believed = np.sqrt(((jacobian * layout.deviation) ** 2).sum(axis=1))
+        if np.linalg.norm(error) > TOLD * np.linalg.norm(believed):
+            continue
+        part = Part(_vector(at), _vector(error))
+        joints |= {artifact.manifest.joints[joint]: part for joint in place.joints}
+        tokens |= {artifact.manifest.tokens[token]: part for token in place.tokens}
+    return joints, tokens
+
+
+def _turns(layout: Layout, adjusted: Adjusted) -> list[tuple[int, Vector, Vector]]:
+    """Joints, turns and errors that the frames have told."""
+    found = []
+    for item, turn in enumerate(layout.turns, start=len(layout.places)):
+        columns = slice(layout.starts[item], layout.starts[item + 1])
+        part, covariance = adjusted.parameters[columns], adjusted.covariance[columns, columns]
+        if np.sqrt(np.diag(covariance)).min() > TOLD * turn.deviation:
+            continue
+        spread = right_jacobian(turn.axes @ part) @ turn.axes
+        error = np.sqrt(np.einsum("ip,pq,iq->i", spread, covariance, spread))
+        found.append((turn.joint, _vector(turn.axes @ part), _vector(error)))
+    return found
+
+
+def token_noise(adjusted: Adjusted, seen: NDArray[np.bool_]) -> Array:
+    """Standard deviation of a coordinate of every token (n_token,), m; NaN where it was never seen."""
+    weight = np.where(seen, adjusted.weight, 0.0)
+    square = (weight[..., None] * adjusted.residual**2).sum(axis=(0, -1))
+    total = 3 * weight.sum(axis=0)
+    # the degrees of freedom that poses, angles and lengths have taken, shared alike
+    share = adjusted.noise**2 * total.sum() / max(float(square.sum()), 1e-30)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        own = np.sqrt(square * share / total)
+    return np.asarray(np.where(total > 0, np.maximum(own, adjusted.noise / 2), np.nan))
+
+
+def _take(recordings: Sequence[Recording], frames: Frames, adjusted: Adjusted, number: int) -> Take:
+    recording, own = recordings[number], frames.take == number
+    residual = adjusted.residual[own][np.isfinite(frames.measured[own]).all(axis=-1)]
+    deviation = float(np.sqrt(np.square(residual).mean())) if residual.size else None
+    return Take(recording.name, len(recording.time), frames.usable[number], int(own.sum()), deviation or None)
+
+
+def _vector(array: Array) -> Vector:
+    x, y, z = array.tolist()
+    return (x, y, z)
