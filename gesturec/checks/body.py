@@ -155,6 +155,7 @@ class BodyState:
     name: str
     cells: tuple[BodyCell, ...]
     span: Span
+    is_hole: bool = False  # its map is wrong, which is reported
 
 
 @dataclass(frozen=True, slots=True)

@@ -159,8 +159,9 @@ def states_of(block: LimbMachine, plan: MachinePlan, body: ResolvedBody) -> Iter
         if isinstance(node, Mapping):
             yield BodyState(str(key), tuple(state_cells(node, plan, body)), key.span)
         else:
-            wrong_kind(node, "a configuration map", plan.environment.findings)
-            yield BodyState(str(key), (), key.span)
+            if node is not None:
+                wrong_kind(node, "a configuration map", plan.environment.findings)
+            yield BodyState(str(key), (), key.span, is_hole=True)
 
 
 def state_cells(node: Mapping, plan: MachinePlan, body: ResolvedBody) -> Iterator[BodyCell]:
@@ -204,7 +205,7 @@ def check_keyed(machine: BodyMachine, plan: MachinePlan) -> None:
             continue
         for state in machine.states:
             named = {(cell.limb, cell.joint) for cell in state.cells}
-            if (joint.limb, joint.name) not in named:
+            if (joint.limb, joint.name) not in named and not state.is_hole:
                 message = f"state `{state.name}` gives no value to joint `{joint.full}`, which is keyed"
                 findings.report("keyed-without-values", message, state.span)
     for joint in [joint for limb in plan.limbs for joint in limb.joints] if has_curve else ():

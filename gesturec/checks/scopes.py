@@ -17,6 +17,8 @@ from gesturec.language.expressions import scope as symbols
 from gesturec.language.expressions.scope import ParameterValue, Symbol, Unknown
 from gesturec.language.expressions.units import Units
 
+# What every expression of a pose or gesture knows, for the suggestion.
+MOTION_WORDS = ("still", "root", "world")
 Lookup = Callable[[str], Symbol | None]
 
 
@@ -72,6 +74,7 @@ class BodyScope:
             return found if len(path) == 1 else nothing_in(path, 1)
         known = [*body.limbs, *body.groups, *body.root_tokens, *body.machines]
         known += [*self.names.poses.get(None, ()), *self.names.gestures.get(None, ())]
+        known += MOTION_WORDS if self.motion else ()
         return Unknown(0, f"there is no `{name}` here", tuple(known))
 
     def leaf_at_top(self, name: str) -> Symbol | None:
@@ -149,6 +152,7 @@ class BodyScope:
         if machine is not None and machine.name == limb.name:
             known += machine.state_names()
             known += ["at"] if machine.cycle is not None else []
+        known += MOTION_WORDS if self.motion else ()
         return (*known, *self.names.poses.get(limb.name, ()), *self.names.gestures.get(limb.name, ()))
 
 

@@ -16,7 +16,7 @@ class Limits:
 
     file_bytes: int = 4_000_000
     depth: int = 40
-    nodes: int = 200_000  # values after aliases are copied
+    nodes: int = 100_000  # values after aliases are copied
     aliases: int = 1_000
     scalar_length: int = 20_000  # characters of one text
     includes: int = 100  # files

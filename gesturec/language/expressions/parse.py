@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.diagnostics.source import Span
+from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
 from gesturec.language.expressions.place import Place, place_of
@@ -39,6 +40,8 @@ WHAT: Final = {
 }
 NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9]\d{0,14})(?:\.\d{1,15})?)(?: ?(%|[a-zA-Z]+(?:/[a-z]+)?))?")
 KEYWORDS: Final = frozenset(("if", "else", "or", "and", "not", "for", "in", "within", "true", "false"))
+# Words that stand between others, in expressions and in patterns: what a name there may be a slip of.
+WORDS_BETWEEN: Final = (("and", "or", "if", "else", "for", "in"), ("for", "within"))
 # What other languages write.
 MEANT: Final = {"=": "==", "&&": "and", "||": "or", "!": "not", "^": "**", "&": "and", "|": "or", "{": "(", "}": ")"}
 
@@ -177,6 +180,9 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
         help = "`+-` is a tolerance; put a space into `+ -`"
     if wanted == "an operator or the end" and error.token.type in ("NAME", "NUMBER"):
         wanted = "an operator before it"
+    near = nearest(word, WORDS_BETWEEN[start == "pattern"]) if word.isidentifier() else None
+    if near is not None:
+        help = f"did you mean `{near}`?"
     return Diagnostic(
         rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help
     )
