@@ -86,7 +86,8 @@ class Follow:
 
     def limb(self, limb: BodyLimb) -> Iterator[Trace]:
         """What a limb is made of: its mirrors, its template, and their files."""
-        limbs = {str(key): (key, block) for key, block in self.body.model.main.block.limbs.items()}
+        written = self.body.model.main.block.limbs
+        limbs = {str(key): (key, block) for key, block in written.items() if block is not None}
         key, block = limbs[limb.name]
         while block.mirror is not None:
             original = str(block.mirror)
