@@ -8,7 +8,7 @@ by itself is found while it is still open.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Node, Sequence, Text
@@ -86,7 +86,8 @@ class Environment:
         given.is_open = True
         value = node_value(given.node, given.environment or self)
         given.is_open = False
-        return value
+        # Passed by name, a bare number keeps its file's units whatever plain factors it meets.
+        return replace(value, weak=False) if isinstance(value, Quantity) else value
 
 
 def node_value(node: Node, environment: Environment) -> ParameterValue:

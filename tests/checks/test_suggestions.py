@@ -55,7 +55,9 @@ def test_one_letter_slips_are_suggested_right() -> None:
         body = re.sub(r"(?m)#.*$|description:.*$", lambda m: " " * len(m[0]), text)
         found = rng.choice(list(WORD.finditer(body)))
         word, other = found[0], slip(found[0], rng)
-        errors = [f for f in findings_of(text[: found.start()] + other + text[found.end() :]) if severity(f.rule) == "error"]
+        errors = [
+            f for f in findings_of(text[: found.start()] + other + text[found.end() :]) if severity(f.rule) == "error"
+        ]
         at_slip = [f for f in errors if f.span is not None and f.span.start <= found.start() <= f.span.end]
         # A slip in a definition is seen where the name is used, and one that makes another good name is none.
         near = next((f for f in at_slip if f.help and "did you mean" in f.help), None)
@@ -66,4 +68,6 @@ def test_one_letter_slips_are_suggested_right() -> None:
         else:
             wrong += 1
             misses.append((word, other, [(f.rule, f.message, f.help) for f in at_slip]))
-    assert right / (right + wrong) >= LEAST_RIGHT, f"seed {SEED}: {right} of {right + wrong}\n" + "\n".join(map(str, misses))
+    assert right / (right + wrong) >= LEAST_RIGHT, f"seed {SEED}: {right} of {right + wrong}\n" + "\n".join(
+        map(str, misses)
+    )

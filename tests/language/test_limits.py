@@ -40,7 +40,17 @@ def read(data: bytes, limits: Limits | None = None) -> tuple[Document | None, tu
         (b"x: [" + b"1, " * 400_000 + b"]", "nodes"),
         (b"#" * 5_000_000, "file_bytes"),
     ],
-    ids=["alias bomb", "brackets", "braces", "dashes", "anchors", "aliases", "a long text", "many items", "a large file"],
+    ids=[
+        "alias bomb",
+        "brackets",
+        "braces",
+        "dashes",
+        "anchors",
+        "aliases",
+        "a long text",
+        "many items",
+        "a large file",
+    ],
 )
 def test_what_is_too_large_is_refused_quickly_and_in_little_memory(data: bytes, limit: str) -> None:
     start = time.process_time()
