@@ -1,4 +1,4 @@
-"""Findings as text, JSON and GitHub annotations, held in golden files; what a terminal could mistake is made visible."""
+"""Findings as text, JSON and GitHub annotations, held in golden files; control characters are shown."""
 
 from __future__ import annotations
 

@@ -129,12 +129,15 @@ def test_scale_makes_every_length_larger_and_no_angle() -> None:
 
 def test_bare_numbers_keep_the_units_of_their_file(tmp_path: Path) -> None:
     (tmp_path / "part.yaml").write_text(
-        "gesturec: 1\nunits: {length: cm, angle: rad}\nparameters: {far: 3}\ntemplates:\n  part:\n    arguments: [near]\n"
-        "    chain:\n      - {joint: j, at: [$near, 2, $far], axis: z, levels: [0, 1]}\n      - {token: t, at: [2 * $near, 0, 1]}\n"
+        "gesturec: 1\nunits: {length: cm, angle: rad}\nparameters: {far: 3}\n"
+        "templates:\n  part:\n    arguments: [near]\n    chain:\n"
+        "      - {joint: j, at: [$near, 2, $far], axis: z, levels: [0, 1]}\n"
+        "      - {token: t, at: [2 * $near, 0, 1]}\n"
     )
     (tmp_path / "m.yaml").write_text(
         "gesturec: 1\nname: m\nunits: {length: mm, angle: deg}\ninclude: [part.yaml]\n"
-        "root: {name: r, tokens: {a: [0, 0, 1], b: [0, 1, 0], c: [1, 0, 0]}}\nlimbs:\n  l: {template: part, near: 5}\n"
+        "root: {name: r, tokens: {a: [0, 0, 1], b: [0, 1, 0], c: [1, 0, 0]}}\n"
+        "limbs:\n  l: {template: part, near: 5}\n"
     )
     model = lower_model(load_model(tmp_path / "m.yaml"))
     (joint,) = model.joints
