@@ -51,7 +51,8 @@ def call(checker: Checker, node: tree.Call) -> Typed | None:
 
 def unknown_function(checker: Checker, name: tree.Name) -> None:
     """The finding for a function that there is not."""
-    help = did_you_mean(name.text, (*SIGNATURES, *FOLDS, "not", "enter", "leave")) or "functions are " + " ".join(sorted({*SIGNATURES, *FOLDS}))
+    known = (*SIGNATURES, *FOLDS, "not", "enter", "leave")
+    help = did_you_mean(name.text, known) or "functions are " + " ".join(sorted({*SIGNATURES, *FOLDS}))
     checker.report("unknown-function", f"there is no function `{name.text}`", name.span, "", help)
 
 
