@@ -43,6 +43,11 @@ class Body:
     own_noise: Array  # (n_token,) m; NaN: the session's
 
     @property
+    def size(self) -> float:
+        """Root mean square radius of the root's tokens, m."""
+        return root_size(self.root_positions)
+
+    @property
     def n_token(self) -> int:
         """Number of tokens."""
         return len(self.artifact.manifest.tokens)
@@ -51,6 +56,14 @@ class Body:
     def n_joint(self) -> int:
         """Number of joints."""
         return len(self.artifact.manifest.joints)
+
+    def shape_of(self, machine: int, shape_square: float) -> Array:
+        """Variance to allow each token of a machine, (n_token,) m^2, for proportions unlike the model's.
+
+        `shape_square` is that of the root's tokens; it is in proportion to their distances, so a token far
+        out on a limb gets more.
+        """
+        return np.asarray(shape_square * np.maximum(1.0, self.levers[machine] / self.size) ** 2)
 
     def parent_frame(self, machine: int, angles: Array) -> Frame:
         """Frame in which a machine's table is, in the intrinsic one, for joint values (n_joint,)."""
@@ -89,6 +102,13 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         middle,
         columns["token_noise"],
     )
+
+
+def root_size(positions: Array) -> float:
+    """Root mean square distance of points (n, 3) from their middle, m; 1 where there are none to tell."""
+    if len(positions) < 2:
+        return 1.0
+    return max(float(np.sqrt(((positions - positions.mean(0)) ** 2).sum(1).mean())), 1e-6)
 
 
 def _base(tables: MachineTables, rotation: Array, translation: Array) -> Array:

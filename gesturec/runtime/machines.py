@@ -52,7 +52,9 @@ def sight_of(body: Body, decoders: Sequence[Decoder], machine: int, shown: Shown
     evidence = None
     if shown.pose is not None:
         frame = ROOT_FRAME if tables.parent == 0 else body.parent_frame(machine, angles)
-        evidence = gather_evidence(tables, moment.points, shown.pose, frame, moment.shape_square)
+        evidence = gather_evidence(
+            tables, moment.points, shown.pose, frame, body.shape_of(machine, moment.shape_square)
+        )
     likelihood = None if evidence is None else decoders[machine].likelihood(evidence)
     sight = Sight(moment.dt, evidence, likelihood)
     if shown.is_final and tables.parent == 0:
