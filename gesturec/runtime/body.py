@@ -11,6 +11,7 @@ from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import Chain, chain_of, complete_angles, forward, token_positions
 from gesturec.runtime.emission import ROOT_FRAME, Frame, levers
 from gesturec.runtime.reach import Graph, machine_graph
+from gesturec.runtime.relations import Relation, relations_of
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,7 @@ class Body:
     state_start: NDArray[np.int64]
     middle: Array
     own_noise: Array  # (n_token,) m; NaN: the session's
+    relations: tuple[Relation, ...]
 
     @property
     def size(self) -> float:
@@ -101,6 +103,7 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         start.astype(np.int64),
         middle,
         columns["token_noise"],
+        relations_of(artifact),
     )
 
 

@@ -170,7 +170,7 @@ class Session:
         return [self._tell(shown, decisions) for shown, decisions in zip(self._window, decided, strict=True)]
 
     def _tell(self, shown: Shown, decisions: Any) -> Step:
-        record = make_record(self.body, shown, decisions)
+        record = make_record(self.body, shown, decisions, self.up)
         return self._count(make_step(self.body, shown, record, decisions))
 
     def _bind(self, points: Given, covariance: ArrayLike | None) -> Points:
