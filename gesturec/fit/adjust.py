@@ -212,16 +212,16 @@ def _reduced(normal: _Normal, damping: float) -> tuple[Array, Array, Array]:
     diagonal = np.einsum("nii->ni", normal.b_matrix)
     b_matrix = normal.b_matrix + np.eye(width) * (damping * diagonal + 1e-12)[:, None]
     right = np.concatenate([normal.c_matrix.transpose(0, 2, 1), normal.b_vector[..., None]], axis=-1)
-    solved = np.asarray(np.linalg.solve(b_matrix, right), dtype=float)
+    solved = np.asarray(np.linalg.solve(b_matrix, right), dtype=np.float64)
     a_matrix = normal.a_matrix + damping * np.diag(np.diag(normal.a_matrix))
-    eliminated = np.einsum("nai,nib->ab", normal.c_matrix, solved, optimize=True)
-    return np.asarray(a_matrix - eliminated[:, :-1], dtype=float), normal.a_vector - eliminated[:, -1], solved
+    eliminated = np.asarray(np.einsum("nai,nib->ab", normal.c_matrix, solved, optimize=True), dtype=np.float64)
+    return a_matrix - eliminated[:, :-1], normal.a_vector - eliminated[:, -1], solved
 
 
 def _solve(normal: _Normal, damping: float) -> tuple[Array, Array]:
     """Steps of the parameters and of every frame's unknowns (n, 6 + n_free)."""
     matrix, vector, solved = _reduced(normal, damping)
-    step = np.linalg.solve(matrix, vector)
+    step = np.asarray(np.linalg.solve(matrix, vector), dtype=np.float64)
     return step, solved[..., -1] - solved[..., :-1] @ step
 
 
@@ -238,7 +238,7 @@ def _moved(now: Unknowns, shared: Array, own: Array) -> Unknowns:
 
 def _adjusted(layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float) -> Adjusted:
     normal = normal_equations(layout, joints, now, measured, weight, noise)
-    covariance = np.asarray(np.linalg.inv(_reduced(normal, 0.0)[0]), dtype=float)
+    covariance = np.asarray(np.linalg.inv(_reduced(normal, 0.0)[0]), dtype=np.float64)
     return Adjusted(
         now.parameters,
         now.rotation,
