@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +48,7 @@ OPS: Final = (
     Op("body_rate", 0, "velocity (`argument` 0) or spin (1) of the body along its own axes, SI"),
     Op("world_rate", 0, "velocity (0) or spin (1) of the body along the world's axes, SI"),
     Op("still", 0, "truth: the body moves no more than the noise"),
-    Op("clearance", 0, "gap between limbs `argument` // 65536 and `argument` % 65536, m"),
+    Op("clearance", 0, "gap between the two limbs that `pack_limbs` made `argument` of, m"),
     # arithmetic; a vector and a number combine by component
     Op("negate", 1, "-a"),
     Op("add", 2, "a + b"),
@@ -93,6 +93,26 @@ TAKES: Final = {op.name: op.takes for op in OPS}
 VECTORS: Final = frozenset(
     ("token", "local_token", "prev_token", "prev_local_token", "root_axis", "world_axis", "body_rate", "world_rate")
 )
+
+
+MAX_STACK: Final = 4096  # values on a program's stack; expressions of the language need a few dozen
+LIMB_SHIFT: Final = 65536  # in a packed pair of limbs; another value makes files of another format
+
+Argument = TypeVar("Argument", int, NDArray[Any])
+
+
+def pack_limbs(a: int, b: int) -> int:
+    """Two limbs in the one argument of `clearance`."""
+    return a * LIMB_SHIFT + b
+
+
+def unpack_limbs(argument: Argument) -> tuple[Argument, Argument]:
+    """The two limbs of an argument, or of an array of them.
+
+    >>> unpack_limbs(pack_limbs(3, 7))
+    (3, 7)
+    """
+    return argument // LIMB_SHIFT, argument % LIMB_SHIFT
 
 
 class Operation(NamedTuple):
@@ -210,6 +230,8 @@ def leaves_vector(operations: Sequence[tuple[str, int, float]]) -> bool:
         takes = TAKES[name]
         if takes > len(stack):
             raise ValueError(f"`{name}` takes more than there is")
+        if len(stack) - takes >= MAX_STACK:
+            raise ValueError(f"there are more than {MAX_STACK} values on the stack")
         taken = stack[len(stack) - takes :]
         del stack[len(stack) - takes :]
         if (name in NEEDS_VECTORS and not all(taken)) or (name in NEEDS_NUMBERS and any(taken)):

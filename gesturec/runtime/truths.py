@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gesturec.artifact.clearance import clearance
 from gesturec.artifact.kinematics import complete_angles, positions_in
-from gesturec.artifact.programs import LeafEnvironment, evaluate
+from gesturec.artifact.programs import LeafEnvironment, evaluate, unpack_limbs
 from gesturec.runtime.arrays import Array, Ids
 from gesturec.runtime.body import Body
 from gesturec.runtime.pose import PoseEstimate
@@ -98,7 +98,7 @@ def _leaves(
         "world_rate": rate,
         "body_rate": lambda index: NOWHERE if pose is None else pose.rotation.T @ rate(index),
         "still": lambda _: np.nan if pose is None else float(pose.still > MOSTLY),
-        "clearance": lambda pair: clearance(body.chain, _by_joint(body, angles), pair // 65536, pair % 65536),
+        "clearance": lambda pair: clearance(body.chain, _by_joint(body, angles), *unpack_limbs(pair)),
     }
 
 
