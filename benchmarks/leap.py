@@ -1,6 +1,7 @@
 """A person's profile on real takes: what `gesturec fit` mends, on the take it was fitted to and on others.
 
-    python benchmarks/leap.py [--data DIR] [--decoder nearest] [--lag 0] [--out benchmarks/results/leap.txt]
+    python benchmarks/leap.py [--data DIR] [--decoder nearest] [--lag 0] [--profiles grab,pinch]
+                              [--out benchmarks/results/leap.txt]
 
 In: takes of a hand tracker (21 points, `hand_leap`), whose own points tell the bend at each finger's pip, and whose
 maker's estimates tell how strongly the hand grabs or pinches. Out: decided finger-frames, pip level equal to and within
@@ -146,12 +147,14 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data" / "hand_leap")
     parser.add_argument("--decoder", default="nearest")
     parser.add_argument("--lag", default="0")
+    parser.add_argument("--profiles", default=",".join(FITTED), help="which fits, by name")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     options = {"decoder": given.decoder, "lag": given.lag if given.lag == "offline" else float(given.lag)}
     models = hands()
     profiles, lines = {}, [f"decoder {given.decoder}, lag {given.lag}; * fitted to this take", "", "fits"]
-    for name, stems in FITTED.items():
+    for name in given.profiles.split(","):
+        stems = FITTED[name]
         began = time.perf_counter()
         takes = [load_take(given.data / f"{stem}.npz") for stem in stems]
         profiles[name] = fit_profile(models["right"], takes)
