@@ -18,6 +18,7 @@ from gesturec.artifact.kinematics import chain_of, complete_angles, forward
 from gesturec.recordings.recording import Recording
 from gesturec.runtime.bindings import Plan, choose_binding, resolve_binding
 from gesturec.runtime.rigid import horn, spans_plane
+from gesturec.runtime.session import FARTHEST
 
 Array = NDArray[np.float64]
 
@@ -56,6 +57,7 @@ def choose_frames(artifact: Artifact, recordings: Sequence[Recording], bind: obj
     for number, recording in enumerate(recordings):
         plan = plan_for(artifact, recording, bind)
         tokens = np.array([plan.apply(points) for points in recording.points]).reshape(-1, plan.n_token, 3)
+        tokens[~(np.abs(tokens) < FARTHEST).all(axis=-1)] = np.nan
         good = np.flatnonzero([has_pose(artifact, row) for row in tokens])
         kept = good[:: max(1, -(-len(good) * len(recordings) // most))]
         measured.append(tokens[kept])

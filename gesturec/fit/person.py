@@ -28,6 +28,7 @@ from gesturec.runtime.decode import decode
 Array = NDArray[np.float64]
 
 TOLD: Final = 0.7  # of the prior's deviation: an estimate that is not sharper was not told by the recordings
+MOTION_FRAMES: Final = 10_000  # that are decoded to see how limbs move: minutes of film, and a minute or two of work
 FEWEST_FRAMES: Final = 10  # below, angles and lengths cannot be told apart
 
 
@@ -92,12 +93,19 @@ def fit_profile(
     person = with_profile(artifact, profile)
     paths = []
     for recording in recordings:
-        decoding = decode(person, recording, bind=bind)
+        decoding = decode(person, beginning(recording, MOTION_FRAMES // len(recordings)), bind=bind)
         paths.append(StatePath(decoding.time, decoding.state))
         advance()
     motion = motions(artifact, paths, with_costs)
     profile = replace(profile, parameters=dict(parameters or {}), motion=motion)
     return Fit(profile, layout, joints, frames, adjusted)
+
+
+def beginning(recording: Recording, frames: int) -> Recording:
+    """The first frames of a recording."""
+    covariance = None if recording.covariance is None else recording.covariance[:frames]
+    first = recording.time[:frames], recording.points[:frames]
+    return Recording(recording.name, first[0], recording.names, first[1], recording.up, recording.rate, covariance)
 
 
 def profile_of(
