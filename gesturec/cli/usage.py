@@ -6,7 +6,7 @@ import re
 from argparse import ArgumentTypeError
 from typing import Final
 
-from gesturec.recordings.units import METRES
+from gesturec.artifact.units import METRES
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 QUANTITY: Final = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-z]*)\s*")
