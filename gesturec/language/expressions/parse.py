@@ -38,7 +38,7 @@ WHAT: Final = {
     "arc": ("bad-arc", "an arc `a -> b` or `a <-> b`"),
     "pattern": ("bad-pattern", "a gesture pattern"),
 }
-NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9]\d{0,14})(?:\.\d{1,15})?)(?: ?(%|[a-zA-Z]+(?:/[a-z]+)?))?")
+NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9][0-9]{0,14})(?:\.[0-9]{1,15})?)(?: ?(%|[a-zA-Z]+(?:/[a-z]+)?))?")
 KEYWORDS: Final = frozenset(("if", "else", "or", "and", "not", "for", "in", "within", "true", "false"))
 # Words that stand between others, in expressions and in patterns: what a name there may be a slip of.
 WORDS_BETWEEN: Final = (("and", "or", "if", "else", "for", "in"), ("for", "within"))
