@@ -113,3 +113,23 @@ def test_the_demo_writes_its_page_and_opens_nothing(
     assert facts["page"] == str(page)
     assert facts["decided"] > 0.9 and facts["exact"] > 0.8
     assert "http://" not in page.read_text(encoding="utf-8").replace("http://www.w3.org/", "")
+
+
+def test_bytes_on_standard_input_that_are_no_utf8_are_a_finding_at_their_place(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"gesturec: 1\nname: \xe9\x80x\n")))
+    assert main(["check", "-", "--json"]) == 1
+    (finding,) = json.loads(capsys.readouterr().out)
+    assert (finding["rule"], finding["line"], finding["column"]) == ("bad-encoding", 2, 7)
+    assert finding["message"] == "byte 18 is not UTF-8"
+
+
+def test_standard_input_is_read_no_further_than_the_limit(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    endless = io.BytesIO(b"# comment \n" * 400_000)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(endless))
+    assert main(["check", "-", "--json"]) == 1
+    assert [finding["rule"] for finding in json.loads(capsys.readouterr().out)] == ["limit-exceeded"]
+    assert endless.tell() == 4_000_001
