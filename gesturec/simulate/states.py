@@ -101,6 +101,14 @@ def nearest_state(artifact: Artifact, machine: int, angles: Array) -> NDArray[np
     return found
 
 
+def nearest_of(artifact: Artifact, machine: int, among: Ids, angles: Array) -> int:
+    """The one of some states that is nearest to one configuration (n_joint,); the lowest id at a tie."""
+    measure = ruler(artifact, machine)
+    states = measure.measure(artifact.machine(machine).angle[among][:, measure.columns])
+    distance = np.square(states - measure.measure(angles[measure.joints])).sum(axis=1)
+    return int(among[np.argmax(distance <= distance.min() + TIE)])
+
+
 def rest_states(artifact: Artifact) -> list[int]:
     """Each machine's state nearest to zero: where a path begins before its first pose."""
     zero = np.zeros((1, len(artifact.manifest.joints)))
