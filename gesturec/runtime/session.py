@@ -26,7 +26,7 @@ from gesturec.runtime.gains import Gains
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
 from gesturec.runtime.machines import Shown, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
-from gesturec.runtime.options import Options
+from gesturec.runtime.options import options_of
 from gesturec.runtime.pose import PoseEstimate, start_size
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.record import make_record, make_step
@@ -60,7 +60,7 @@ class Session:
     """
 
     def __init__(self, artifact: Artifact, **options: Any) -> None:
-        self.options = Options(**options)
+        self.options = options_of(options)
         self.artifact = artifact
         self.body: Body = lay_out(artifact, self.options.period)
         self.plan: Plan | None = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
