@@ -31,7 +31,7 @@ MAX_FRAMES: Final = 10_000_000
 """Frames of a simulated take: a day at 100 Hz."""
 
 RANDOM_KEY_PERIOD: Final = 0.5
-"""Seconds a random take spends from one random configuration to the next."""
+"""Seconds a random take spends from one random configuration to the next, where no joint needs longer."""
 
 MIDDLE_PACE: Final = 0.5
 """Of a path's cycles: between the longest period that the model expects (0) and the shortest (1)."""
@@ -170,11 +170,11 @@ def _path_keys(artifact: Artifact, path: tuple[str, ...]) -> Array:
 
 
 def _random_keys(artifact: Artifact, duration: float, random: np.random.Generator) -> Array:
-    """Random configurations, one every `RANDOM_KEY_PERIOD`, from rest, as far as the joints' speeds let them go.
+    """Random configurations in turn, from rest, each as far from the last as the joints' speeds let it be.
 
     What relations forbid is drawn again.
     """
-    count = max(1, round(duration / RANDOM_KEY_PERIOD))
+    count = max(1, round(duration / _random_period(artifact)))
     keys = [angles_of(artifact, rest_states(artifact))]
     sizes = [len(tables.state_names) for tables in artifact.machines()]
     allowed, farthest = _relations(artifact), farthest_move(artifact.columns["joint_max_speed"], duration / count)
@@ -186,6 +186,16 @@ def _random_keys(artifact: Artifact, duration: float, random: np.random.Generato
             raise InputError("the model's relations leave no room for random configurations", "--random")
         keys.append(angles_of(artifact, states.tolist()))
     return np.array(keys)
+
+
+def _random_period(artifact: Artifact) -> float:
+    """Seconds from one random configuration to the next: enough for every joint to change its level."""
+    columns, longest = artifact.columns, RANDOM_KEY_PERIOD
+    for joint, speed in enumerate(columns["joint_max_speed"]):
+        start, count = (int(columns[f"joint_level_{part}"][joint]) for part in ("start", "count"))
+        gap = float(np.diff(columns["level_value"][start : start + count]).max(initial=0.0))
+        longest = max(longest, gap / float(farthest_move(speed, 1.0)))
+    return longest
 
 
 def _within(artifact: Artifact, states: list[int], before: Array, farthest: Array) -> NDArray[np.int64]:
