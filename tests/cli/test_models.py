@@ -111,7 +111,10 @@ def test_the_demo_writes_its_page_and_opens_nothing(
     assert main(["demo", "--no-open", "-o", str(page), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["page"] == str(page)
-    assert facts["decided"] > 0.9 and facts["exact"] > 0.8
+    assert facts["exact_seen"] > 0.85, "what is seen is right"
+    assert facts["exact_carried"] < facts["exact_seen"], "what is carried on unseen is told apart from that"
+    assert facts["deferred"]["index"] > 0.05 and facts["deferred"]["little"] > 0.05, "the page shows deferral"
+    assert facts["deferred"]["middle"] == facts["deferred"]["ring"] == 0
     assert "http://" not in page.read_text(encoding="utf-8").replace("http://www.w3.org/", "")
 
 
