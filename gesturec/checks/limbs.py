@@ -18,7 +18,7 @@ from gesturec.checks.parameters import Settled
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.source import Span
-from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.diagnostics.suggest import did_you_mean, nearest
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
 from gesturec.language.model import Model
@@ -218,14 +218,14 @@ def instance_environment(
     """What a template's chain sees in one limb: the arguments given to it, and the parameters."""
     inner = Environment(template.environment.units, findings, {}, template.environment)
     arguments = template.arguments()
-    known = [*arguments, *Limb.keys_known()]
-    for name, (key, _) in plan.overrides.items():
-        if name not in arguments:
-            help = did_you_mean(name, known)
-            related = (Related("its arguments", template.block.key("arguments"), note=True),)
-            message = f"template `{plan.original.template}` has no argument `{name}`"
-            findings.report("unknown-argument", message, key.span, "", help, related)
-    near = {name for name in plan.overrides if name not in arguments}
+    unknown = [name for name in plan.overrides if name not in arguments]
+    missing = [name for name, (_, default) in arguments.items() if default is None and name not in plan.overrides]
+    for name in unknown:
+        near = nearest(name, [*arguments, *Limb.keys_known()])
+        help = f"did you mean `{near}`?" if near is not None else did_you_mean(name, missing or arguments)
+        related = (Related("its arguments", template.block.key("arguments"), note=True),)
+        message = f"template `{plan.original.template}` has no argument `{name}`"
+        findings.report("unknown-argument", message, plan.overrides[name][0].span, "", help, related)
     for name, (key, default) in arguments.items():
         if name in plan.overrides:
             given_key, node = plan.overrides[name]
@@ -233,19 +233,14 @@ def instance_environment(
         elif default is not None:
             inner.given[name] = Given(name, default, key.span, inner)
         else:
-            report_missing_argument(limb, plan, name, key, bool(near), findings)
+            if len(missing) > len(unknown):  # else one that is misspelt probably stands for it
+                report_missing_argument(limb, plan, name, key, findings)
             inner.given[name] = Given(name, None, key.span, inner)
     return inner
 
 
-def report_missing_argument(
-    limb: BodyLimb, plan: Plan, name: str, key: Text, is_misspelt: bool, findings: Findings
-) -> None:
-    """Report an argument that is left out, unless a misspelt one probably stands for it."""
-    if is_misspelt and did_you_mean(name, plan.overrides) is not None:
-        near = did_you_mean(name, plan.overrides)
-        if near is not None and near.startswith("did you mean"):
-            return
+def report_missing_argument(limb: BodyLimb, plan: Plan, name: str, key: Text, findings: Findings) -> None:
+    """Report an argument that is left out."""
     place = plan.original.template.span if plan.original.template is not None else limb.span
     message = f"limb `{limb.name}` leaves out the argument `{name}` of template `{plan.original.template}`"
     related = (Related("declared", key.span, note=True),)
