@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from gesturec.artifact.artifact import Array
-from gesturec.artifact.columns import COLUMNS, Column
+from gesturec.artifact.columns import COLUMNS, VALUE_SOURCES, Column
 from gesturec.artifact.manifest import Manifest
 from gesturec.artifact.validate_names import check_names, require
 from gesturec.artifact.validate_programs import check_programs
@@ -22,6 +22,7 @@ from gesturec.artifact.validate_programs import check_programs
 Columns = Mapping[str, Array]
 
 ROTATION_TOLERANCE: Final = 1e-6  # of orthonormality; what the compiler writes is within 1e-15
+QUANTISED: Final = VALUE_SOURCES.index("quantised")
 BLOCK: Final = 1 << 20  # numbers of covariances that are looked at together
 SINGULAR: Final = 1e-12  # of a matrix's largest entry: the rounding of what expansion computes is 1e-15
 LEAST_VARIANCE: Final = 1e-18  # m^2: a nanometre, for covariances of zero
@@ -110,6 +111,9 @@ def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
     for start, count, size in RANGES:
         ends = columns[start].astype(np.int64) + columns[count]
         require((ends <= sizes[size]).all(), f"`{start}` and `{count}` reach beyond {size}")
+    quantised = columns["joint_source"] == QUANTISED
+    for count in ("joint_level_count", "joint_fine_count"):
+        require(((columns[count] > 0) == quantised).all(), f"`{count}` is not that of the quantised joints alone")
     for array, start, count in (
         ("level_value", "joint_level_start", "joint_level_count"),
         ("fine_low", "joint_fine_start", "joint_fine_count"),
