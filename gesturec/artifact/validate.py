@@ -123,6 +123,7 @@ def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
     require(np.array_equal(columns["machine_state_start"], np.r_[0, states[:-1]][: len(states)]), "states have gaps")
     require((states[-1] if len(states) else 0) == sizes["n_state"], "there are states of no machine")
     _check_fine_levels(columns)
+    _check_parents(columns)
     _check_sets(columns)
 
 
@@ -133,7 +134,21 @@ def _rises_in_ranges(values: Array, starts: Array, counts: Array) -> bool:
 def _check_fine_levels(columns: Columns) -> None:
     for joint, (start, count) in enumerate(zip(columns["joint_fine_start"], columns["joint_fine_count"], strict=True)):
         levels = columns["fine_level"][start : start + count]
-        require((levels < max(1, columns["joint_level_count"][joint])).all(), "`fine_level` names a level too many")
+        whole = np.arange(columns["joint_level_count"][joint])
+        require(np.array_equal(np.unique(levels), whole), "`fine_level` has not a part of every level")
+
+
+def _check_parents(columns: Columns) -> None:
+    """The joints and tokens that a machine moves hang from the segment in whose frame its table is."""
+    for machine, base in enumerate(columns["machine_parent"].tolist()):
+        start, count = (int(columns[f"machine_token_{what}"][machine]) for what in ("start", "count"))
+        first, n_joint = (int(columns[f"machine_joint_{what}"][machine]) for what in ("start", "count"))
+        tokens = columns["token_segment"][columns["machine_token"][start : start + count]].tolist()
+        joints = columns["joint_parent"][columns["machine_joint"][first : first + n_joint]].tolist()
+        for segment in (*tokens, *joints):
+            while segment > base:  # segments fall on the way inwards
+                segment = int(columns["joint_parent"][segment - 1])
+            require(segment == base, "`machine_parent` is not on the way from what it moves to the root")
 
 
 def _check_sets(columns: Columns) -> None:
