@@ -57,4 +57,4 @@ def test_its_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
 
 def test_every_status_of_a_frame_and_every_page_of_docs_is_in_it() -> None:
     assert [status.name for status in STATUSES if f"`{status.name}`" not in TEXT] == []
-    assert [page.name for page in README.parent.glob("docs/*.md") if f"`docs/{page.name}`" not in TEXT] == []
+    assert [page.name for page in README.parent.glob("docs/*.md") if f"(docs/{page.name})" not in TEXT] == []
