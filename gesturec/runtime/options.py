@@ -33,6 +33,9 @@ class Options:
         Size of the body over the model's; None: estimated.
     start
         Pose in which the take begins; None: any state.
+    sure
+        Probability, 0 to 1, from which on a machine's most probable state is told; below it none is chosen and
+        its candidates are. The default tells nearly all: the fewest errors where undecided counts as one.
     growing
         Whether the allowed set of `nearest` grows over a gap; False: the source paper's literal rule.
     names
@@ -43,11 +46,12 @@ class Options:
 
     rate: float | None = None
     bind: str | Mapping[str, Any] | None = None
-    decoder: str = "nearest"
+    decoder: str = "forward"
     lag: float | Literal["offline"] = 0.0
     noise: float | None = None
     scale: float | None = None
     start: str | None = None
+    sure: float = 0.1
     growing: bool = True
     names: tuple[str, ...] | None = None
     up: str | None = None
@@ -59,6 +63,10 @@ class Options:
             value = getattr(self, name)
             if value is not None and not (_is_number(value) and value > 0):
                 raise ValueError(f"`{name}` is {value!r}: a positive number is needed")
+        if not self.growing and self.decoder != "nearest":
+            raise ValueError(f"`growing` is of the decoder `nearest`, not of `{self.decoder}`")
+        if not (_is_number(self.sure) and 0 <= self.sure <= 1):
+            raise ValueError(f"`sure` is {self.sure!r}: a probability is needed, 0 to 1")
         if self.lag != "offline" and not (_is_number(self.lag) and float(self.lag) >= 0):
             raise ValueError(f"`lag` is {self.lag!r}: seconds, 0 or more, or `offline`")
         if self.lag != "offline" and self.lag_frames > LONGEST_LAG:
