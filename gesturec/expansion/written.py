@@ -7,6 +7,7 @@ every combination of levels of the quantised joints that it leaves out, or of wh
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import prod
 from typing import NamedTuple
 
@@ -34,7 +35,8 @@ def written_states(body: Body, machine: int, limits: Limits) -> MachineStates:
     cells = {joint: np.concatenate([part.cells[joint] for part in parts], axis=1) for joint in joints}
     at = np.concatenate([part.at for part in parts])
     level = np.concatenate([part.level for part in parts])
-    return state_table(body, machine, free, level, cells, names, None, at, _members(lowered, parts))
+    states = state_table(body, machine, level, cells, names)
+    return replace(states, at=at, members=_members(lowered, parts))
 
 
 class _Part(NamedTuple):
