@@ -18,8 +18,9 @@ from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.chain import chain_columns, token_machine
 from gesturec.expansion.consistency import conflict_findings
 from gesturec.expansion.environment import Body, SetTable
+from gesturec.expansion.equality import equal_findings
 from gesturec.expansion.gesture_steps import gesture_findings
-from gesturec.expansion.graph import equal_findings, graph_findings
+from gesturec.expansion.graph import graph_findings
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits, Refused, refuse_count
 from gesturec.expansion.machine import Expanded, expand_states, truth_of
 from gesturec.expansion.poses import PoseTruth, expand_pose
@@ -56,6 +57,7 @@ def expand_model(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Expans
     results = [machine for machine in machines if machine is not None]
     for result in results:
         findings.extend(result.findings)
+    findings.extend(equal_findings(body, results))
     if len(results) < len(machines):
         return Expansion(None, tuple(findings))
     relations = _each(findings, expand_relation, body, _across(model), limits)
@@ -111,9 +113,7 @@ def _expand_machine(body: Body, machine: int, limits: Limits) -> MachineResult:
     transitions = expand_transitions(body, states, _rules(body.model, machine), limits)
     spread = np.array([joint.spread for joint in body.model.joints])
     tables = token_tables(body.chain, spread, states, tokens, lowered.parent)
-    visible = np.array([not body.model.tokens[token].virtual for token in tokens], dtype=bool)
     findings = graph_findings(lowered, states, transitions.arcs)
-    findings += equal_findings(lowered, states, tables.template, visible)
     return MachineResult(expanded, tuple(tokens), cost, transitions, tables, tuple(findings))
 
 

@@ -1,7 +1,7 @@
 """What the graph of a machine tells at once: states without a way in or out, and states that are equal.
 
 In: states, transitions and templates. Out: findings, one a machine and kind, with the number of states and
-the names of the first.
+the names of the first; and groups of equal states.
 """
 
 from __future__ import annotations
@@ -85,24 +85,3 @@ def equal_states(template: Floats, visible: NDArray[np.bool_]) -> NDArray[np.int
             group[run[same]] = run[0]
             run = run[~same]
     return group
-
-
-def equal_findings(
-    lowered: LoweredMachine, states: MachineStates, template: Floats, visible: NDArray[np.bool_]
-) -> list[Diagnostic]:
-    """One warning for a machine in which some states put every visible token in the same place."""
-    group = equal_states(template, visible)
-    twins = np.flatnonzero(group != np.arange(len(group)))
-    if not len(twins) or not visible.any():
-        return []
-    first = int(twins[0])
-    names = f"`{states.names[int(group[first])]}` and `{states.names[first]}`"
-    return [
-        Diagnostic(
-            "equal-states",
-            f"machine `{lowered.name}` has {len(twins):,} state{'s' if len(twins) > 1 else ''} whose tokens "
-            f"stand where another's do, as {names}",
-            lowered.span,
-            help="no token can tell them apart; ties go to the state that comes first",
-        )
-    ]
