@@ -190,10 +190,10 @@ def report_level(joint: BodyJoint, text: str, span: Span, environment: Environme
     labels = [level.label for level in joint.levels]
     near = did_you_mean(text, [label for label in labels if not label[:1].isdigit() and label[:1] != "-"])
     listed = "its levels are " + ", ".join(labels) if labels else "its values are numbers"
+    if text[:1].isdigit() or text[:1] == "-":
+        listed += f"; a tolerance is written `{text} +- 5`"
     message = f"`{text}` is not a level of joint `{joint.name}`"
-    environment.findings.report(
-        "unknown-level", message, span, "", near or f"{listed}; a tolerance is written `{text} +- 5`"
-    )
+    environment.findings.report("unknown-level", message, span, "", near or listed)
 
 
 def exactly(joint: BodyJoint, value: float, span: Span) -> Wish:

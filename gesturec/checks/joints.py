@@ -69,7 +69,8 @@ def report_rivals(entry: JointEntry, environment: Environment) -> None:
 def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels: Units) -> dict[str, Any]:
     """The fields of a `BodyJoint` about its values; `follows` is typed later, when all joints are known."""
     report_rivals(entry, environment)
-    low, high = values.interval(entry.range, environment, kind) or (-INFINITE, INFINITE)
+    limits = values.interval(entry.range, environment, kind)
+    low, high = limits or (-INFINITE, INFINITE)
     if entry.range is not None:
         suspect_radians(entry.range, environment, kind, max(abs(low), abs(high)))
     wrap = values.truth(entry.wrap, environment)
@@ -80,7 +81,7 @@ def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels
         fields["levels"] = spaced_levels(entry, environment, kind, labels, (low, high))
         if wrap and is_full_turn(entry, environment, kind, low, high):
             fields["levels"] = fields["levels"][:-1]
-    elif entry.range is not None and not math.isfinite(high - low) and (entry.has("every") or entry.has("count")):
+    elif limits is not None and entry.range is not None and (entry.has("every") or entry.has("count")):
         environment.findings.report("bad-interval", "levels need a range with both ends", entry.range.span)
     fields |= further_fields(entry, kind, environment)
     return fields
@@ -215,6 +216,5 @@ def suspect_radians(node: Node, environment: Environment, kind: Kind, largest: f
     if any(unit in text for unit in ("deg", "rad", "rev", "$")) or "." not in text.replace("..", ""):
         return
     message = f"the largest of these angles is {degrees:.4g} deg, which looks like radians"
-    environment.findings.report(
-        "radians-suspected", message, node.span, "degrees in this file", "write the unit: `1.57 rad`"
-    )
+    help = f"write the unit: `{degrees:.4g} rad`"
+    environment.findings.report("radians-suspected", message, node.span, "degrees in this file", help)

@@ -165,7 +165,7 @@ def conflict_finding(body: Body, machine: int, conflicting: Sequence[LoweredCons
         conflicting[0].span,
         label="no combination of levels meets this" if one else "",
         help="without any one of them there are states" if not one else None,
-        related=tuple(Related(f"conflicts with `{c.name}`", c.span) for c in conflicting[1:]),
+        related=tuple(Related(f"conflicts with `{c.name}`", c.span) for c in conflicting[1:] if c.name != names[0]),
     )
 
 

@@ -201,10 +201,10 @@ class Loader:
 
 
 def units_of(block: ModelFile) -> Units:
-    """The units that a file declares; SI where it does not say, which is reported elsewhere."""
+    """The units that a file declares; usual ones where it does not say, which is reported elsewhere."""
     units = block.units
     length = str(units.length) if units and units.length in BASE_UNITS else "m"
-    angle = str(units.angle) if units and units.angle in BASE_UNITS else "rad"
+    angle = str(units.angle) if units and units.angle in BASE_UNITS else "deg"
     return Units(length, angle)
 
 

@@ -40,6 +40,12 @@ MISTAKES = {
     "tokens as a list": ("{left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}", "[left, right]", "wrong-kind"),
     "a token's place is wrong": ("front: [10, 0, 0]", "front: [10, 0]", "wrong-kind"),
     "a misspelt parameter": ("at: [$reach, 0, 0]", "at: [$reech, 0, 0]", "unknown-parameter"),
+    "a range from its end to its start": ("range: 0 .. 90", "range: 90 .. 0", "reversed-range"),
+    "a range with a dash": ("range: 0 .. 90", "range: 0-90", "bad-interval"),
+    "a range with a word": ("range: 0 .. 90", "range: 0 to 90", "bad-interval"),
+    "no units": ("units: {length: cm, angle: deg}\n", "", "missing-key"),
+    "no unit of angles": ("{length: cm, angle: deg}", "{length: cm}", "missing-key"),
+    "a unit spelt out": ("angle: deg", "angle: degree", "bad-choice"),
     "tokens of the root in a line": ("front: [10, 0, 0]", "front: [0, 0, 0]", "few-root-tokens"),
     "tokens of the root in a slanted line": (
         "{left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}",
@@ -59,3 +65,22 @@ def test_one_mistake_is_one_finding(old: str, new: str, rule: str) -> None:
     assert old in LAMP
     findings = findings_of(Source("lamp.yaml", LAMP.replace(old, new)))
     assert [finding.rule for finding in findings] == [rule], render(findings)
+
+
+HELPS = {
+    "a unit spelt out": ("angle: deg", "angle: degree", "did you mean `deg`?"),
+    "a key of the units": ("{length: cm, angle: deg}", "{length: cm}", "`units` needs `angle`"),
+    "radians": ("levels: [0, 45, 90]", "levels: [0, 0.785]", "write the unit: `0.785 rad`"),
+    "a level that is no number": ("elbow: 90", "elbow: ninety", "its levels are 0, 45, 90\n"),
+}
+
+
+@pytest.mark.parametrize("old, new, help", HELPS.values(), ids=HELPS)
+def test_the_help_says_what_to_write(old: str, new: str, help: str) -> None:
+    assert help in render(findings_of(Source("lamp.yaml", LAMP.replace(old, new, 1)))) + "\n"
+
+
+def test_a_constraint_does_not_conflict_with_itself() -> None:
+    text = LAMP.replace("bulb.y > 0", "lift > 60 and lift < 30")
+    (finding,) = findings_of(Source("lamp.yaml", text))
+    assert finding.rule == "unsatisfiable" and finding.related == ()

@@ -142,10 +142,10 @@ class Block(BaseModel):
         missing = [f"`{name}`" for name in cls.required if name not in mapping and name not in mapping.holes]
         if missing:
             label = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
-            findings.report("missing-key", f"a {cls.what()} needs {' and '.join(missing)}", head_of(data), label)
+            findings.report("missing-key", f"{a(cls.what())} needs {' and '.join(missing)}", head_of(data), label)
         if cls.one_of and not there:
             listed = ", ".join(f"`{name}`" for name in cls.one_of)
-            findings.report("missing-key", f"a {cls.what()} needs one of {listed}", head_of(data), "none is here")
+            findings.report("missing-key", f"{a(cls.what())} needs one of {listed}", head_of(data), "none is here")
         for rival in there[1:]:
             report_conflict(mapping, there[0], rival, findings)
 
@@ -167,6 +167,11 @@ class Block(BaseModel):
         return schema
 
 
+def a(what: str) -> str:
+    """A block with its article; `units` are several."""
+    return f"`{what}`" if what.endswith("s") else f"a {what}"
+
+
 def spelled_out(key: str, node: Any) -> Mapping:
     """The long form of a value that was written short."""
     mapping = Mapping(node.span)
@@ -181,7 +186,7 @@ def head_of(mapping: Mapping) -> Span:
 
 def report_unknown_key(what: str, key: Text, known: Iterable[str], findings: Findings) -> None:
     """Report a key that is not of the language here."""
-    findings.report("unknown-key", f"a {what} has no key `{key}`", key.span, "unknown key", did_you_mean(key, known))
+    findings.report("unknown-key", f"{a(what)} has no key `{key}`", key.span, "unknown key", did_you_mean(key, known))
 
 
 def report_conflict(data: Mapping, first: str, second: str, findings: Findings) -> None:

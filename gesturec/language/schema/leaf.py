@@ -107,7 +107,9 @@ def word_of(*words: str) -> Test:
             wrong_kind(node, "one of " + ", ".join(words), findings)
             return False
         listed = ", ".join(f"`{word}`" for word in words)
-        findings.report("bad-choice", f"`{node}` is not one of {listed}", node.span, help=did_you_mean(node, words))
+        short = next((word for word in words if len(word) > 2 and node.startswith(word)), None)
+        help = f"did you mean `{short}`?" if short else did_you_mean(node, words)
+        findings.report("bad-choice", f"`{node}` is not one of {listed}", node.span, help=help)
         return False
 
     return test
