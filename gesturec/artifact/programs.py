@@ -86,12 +86,16 @@ OPS: Final = (
     Op("angle", 2, "angle between two vectors, rad"),
     Op("cycle_distance", 2, "the short way round between two places on a cycle"),
     Op("flip", 1, "the vector reflected across axis `argument`"),
+    # of several bodies: `root_axis`, `body_rate`, `world_rate` and `still` have their body's number, times what
+    # their argument else counts to, added to it
+    Op("world_token", 0, "position of token `argument` in the world"),
 )
 
 CODES: Final = {op.name: code for code, op in enumerate(OPS)}
 TAKES: Final = {op.name: op.takes for op in OPS}
 VECTORS: Final = frozenset(
     ("token", "local_token", "prev_token", "prev_local_token", "root_axis", "world_axis", "body_rate", "world_rate")
+    + ("world_token",)
 )
 
 

@@ -55,7 +55,10 @@ ARGUMENTS: Final = {
     "world_rate": 2,
     "component": 3,
     "flip": 3,
+    "world_token": "n_token",
+    "still": 1,
 }
+OF_BODY: Final = frozenset(("root_axis", "body_rate", "world_rate", "still"))  # of each of several bodies
 COUPLING_LEAVES: Final = frozenset({"constant", "joint"})  # a coupled value follows joints alone
 
 
@@ -73,7 +76,7 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
         _check_values(column, columns[column.name], sizes)
     for check in (_check_sizes, _check_chain, _check_ranges, _check_blocks, _check_transitions, _check_relations):
         check(columns, sizes)
-    _check_programs(columns, sizes)
+    _check_programs(columns, sizes, max(1, len(manifest.bodies)))
     check_names(manifest, columns, sizes)
 
 
@@ -204,7 +207,7 @@ def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
     require(not np.isnan(columns["relation_cost"]).any(), "`relation_cost` is not a number")
 
 
-def _check_programs(columns: Columns, sizes: Mapping[str, int]) -> None:
+def _check_programs(columns: Columns, sizes: Mapping[str, int], n_body: int) -> None:
     """Every program leaves one value and never takes more than there is; its arguments exist."""
     codes, arguments = columns["op_code"], columns["op_argument"]
     require(len(codes) == 0 or (codes.min() >= 0 and codes.max() < len(OPS)), "`op_code` is no operation")
@@ -212,7 +215,7 @@ def _check_programs(columns: Columns, sizes: Mapping[str, int]) -> None:
         bound = ARGUMENTS.get(op.name)
         if bound is not None:
             named = arguments[codes == code]
-            limit = sizes[bound] if isinstance(bound, str) else bound
+            limit = sizes[bound] if isinstance(bound, str) else bound * (n_body if op.name in OF_BODY else 1)
             require(
                 len(named) == 0 or (named.min() >= 0 and named.max() < limit), f"`{op.name}` names what is not there"
             )

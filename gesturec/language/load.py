@@ -59,6 +59,7 @@ class Loader:
     limits: Limits
     files: int = 0
     documents: dict[str, Document | None] = field(default_factory=dict)
+    models: dict[str, Model | None] = field(default_factory=dict)  # of bodies, by file: two hands are read once
 
     def model(self, name: str, path: str | None, data: bytes, chain: tuple[Text, ...]) -> Model | None:
         """The model of one file with its includes and bodies."""
@@ -181,6 +182,13 @@ class Loader:
         if canonical(path) in above:
             self.report_circle("circular-include", node, chain)
             return None
+        key = canonical(path)
+        if key not in self.models:
+            self.models[key] = self.read_body(path, node, chain)
+        return self.models[key]
+
+    def read_body(self, path: str, node: Text, chain: tuple[Text, ...]) -> Model | None:
+        """The model of a body's file, which is read for the first time."""
         self.files += 1
         if self.files > self.limits.includes:
             self.findings.add(
