@@ -90,9 +90,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     lag = given.lag if given.lag == "offline" else float(given.lag)
-    lines = [
-        f"{'take':28s} {'hand':6s} decided    equal  within1    size  root, mm   ({given.decoder}, lag {given.lag})"
-    ]
+    lines = [f"{'take':28s} {'hand':6s} decided  equal  within1   size  root, mm   ({given.decoder}, lag {given.lag})"]
     models = hands()
     for path in sorted(given.data.glob("*.npz")):
         for side in ("right", "left"):

@@ -40,6 +40,7 @@ ORDER = (
     "analysis",
     "reference",
     "cli",
+    "__main__",
 )
 """The rooms in the order of the pipeline; a room imports itself and earlier ones."""
 

@@ -16,7 +16,7 @@ import numpy as np
 from gesturec.artifact.artifact import Array, Artifact
 from gesturec.artifact.columns import COLUMNS
 from gesturec.artifact.manifest import Manifest
-from gesturec.artifact.programs import CODES, OPS
+from gesturec.artifact.programs import CODES, OF_BODY, OPS, pack_limbs, unpack_limbs
 
 # columns that say where a block begins, and the size of what it is in
 STARTS: Final = {
@@ -41,10 +41,6 @@ NAMES: Final = {
     **dict.fromkeys(("state_in", "prev_state_in"), "n_set"),
     **dict.fromkeys(("cycle_at", "prev_cycle_at"), "n_machine"),
 }
-# operations about one body's motion: what their argument counts to before the body's number comes in
-OF_BODY: Final = {"root_axis": 3, "body_rate": 2, "world_rate": 2, "still": 1}
-LIMB_SHIFT: Final = 65536
-
 Ids = np.ndarray[Any, np.dtype[np.int64]]
 Kept = dict[str, Ids]
 
@@ -161,8 +157,8 @@ def _argument(name: str, argument: int, kept: Kept) -> int:
     if name in NAMES:
         return int(np.searchsorted(kept[NAMES[name]], argument))
     if name == "clearance":
-        a, b = np.searchsorted(kept["n_limb"], divmod(argument, LIMB_SHIFT)).tolist()
-        return int(a * LIMB_SHIFT + b)
+        a, b = np.searchsorted(kept["n_limb"], unpack_limbs(argument)).tolist()
+        return pack_limbs(a, b)
     return argument % OF_BODY[name] if name in OF_BODY else argument
 
 

@@ -23,7 +23,7 @@ Names = tuple[str, ...]
 class Manifest:
     """Names, units and what has no place in a column. SI throughout; `units` are the author's.
 
-    `parameters`, `gestures`, `tests` and `report` are plain JSON whose inside other rooms define. In
+    `parameters`, `gestures`, `tests`, `report` and `profile` are plain JSON whose inside other rooms define. In
     `wanted` an entry is [value, low, high] with null for an open end; in `bindings` an entry is {name,
     tokens: {ours: {theirs: weight}}, order, up}; in `dwell` {machine, name, states, shortest, longest};
     in `phases` {name, start, end, states, parts}; in `bodies`, which is empty for one body, {name, root,
@@ -59,6 +59,7 @@ class Manifest:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     dwell: tuple[Mapping[str, Any], ...] = ()
     report: Mapping[str, Any] = field(default_factory=dict)
+    profile: Mapping[str, Any] = field(default_factory=dict)  # of the person whose body this is; empty: the model's
     bodies: tuple[Mapping[str, Any], ...] = ()
 
 

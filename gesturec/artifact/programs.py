@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +48,7 @@ OPS: Final = (
     Op("body_rate", 0, "velocity (`argument` 0) or spin (1) of the body along its own axes, SI"),
     Op("world_rate", 0, "velocity (0) or spin (1) of the body along the world's axes, SI"),
     Op("still", 0, "truth: the body moves no more than the noise"),
-    Op("clearance", 0, "gap between limbs `argument` // 65536 and `argument` % 65536, m"),
+    Op("clearance", 0, "gap between the two limbs that `pack_limbs` made `argument` of, m"),
     # arithmetic; a vector and a number combine by component
     Op("negate", 1, "-a"),
     Op("add", 2, "a + b"),
@@ -86,10 +86,12 @@ OPS: Final = (
     Op("angle", 2, "angle between two vectors, rad"),
     Op("cycle_distance", 2, "the short way round between two places on a cycle"),
     Op("flip", 1, "the vector reflected across axis `argument`"),
-    # of several bodies: `root_axis`, `body_rate`, `world_rate` and `still` have their body's number, times what
-    # their argument else counts to, added to it
     Op("world_token", 0, "position of token `argument` in the world"),
 )
+
+# What the argument of an operation about one body's place or motion counts to: of several bodies, the number of the
+# one that is meant, times this, is added to it
+OF_BODY: Final = {"root_axis": 3, "body_rate": 2, "world_rate": 2, "still": 1}
 
 CODES: Final = {op.name: code for code, op in enumerate(OPS)}
 TAKES: Final = {op.name: op.takes for op in OPS}
@@ -97,6 +99,26 @@ VECTORS: Final = frozenset(
     ("token", "local_token", "prev_token", "prev_local_token", "root_axis", "world_axis", "body_rate", "world_rate")
     + ("world_token",)
 )
+
+
+MAX_STACK: Final = 4096  # values on a program's stack; expressions of the language need a few dozen
+LIMB_SHIFT: Final = 65536  # in a packed pair of limbs; another value makes files of another format
+
+Argument = TypeVar("Argument", int, NDArray[Any])
+
+
+def pack_limbs(a: int, b: int) -> int:
+    """Two limbs in the one argument of `clearance`."""
+    return a * LIMB_SHIFT + b
+
+
+def unpack_limbs(argument: Argument) -> tuple[Argument, Argument]:
+    """The two limbs of an argument, or of an array of them.
+
+    >>> unpack_limbs(pack_limbs(3, 7))
+    (3, 7)
+    """
+    return argument // LIMB_SHIFT, argument % LIMB_SHIFT
 
 
 class Operation(NamedTuple):
@@ -214,6 +236,8 @@ def leaves_vector(operations: Sequence[tuple[str, int, float]]) -> bool:
         takes = TAKES[name]
         if takes > len(stack):
             raise ValueError(f"`{name}` takes more than there is")
+        if len(stack) - takes >= MAX_STACK:
+            raise ValueError(f"there are more than {MAX_STACK} values on the stack")
         taken = stack[len(stack) - takes :]
         del stack[len(stack) - takes :]
         if (name in NEEDS_VECTORS and not all(taken)) or (name in NEEDS_NUMBERS and any(taken)):

@@ -3,7 +3,7 @@
 In: a manifest and columns of the right types (what `store` has read). Out: nothing, or one
 `ArtifactError` that names the column. First every column against its row of `COLUMNS` (sizes agree, ids
 in range, finite), then what no single column can say: trees are trees, blocks lie inside their arrays,
-rows of transitions rise, rotations rotate, programs balance their stack.
+rows of transitions rise, rotations rotate, covariances are some. Programs and names have files of their own.
 """
 
 from __future__ import annotations
@@ -16,14 +16,13 @@ import numpy as np
 from gesturec.artifact.artifact import Array
 from gesturec.artifact.columns import COLUMNS, Column
 from gesturec.artifact.manifest import Manifest
-from gesturec.artifact.programs import OPS, Op
 from gesturec.artifact.validate_names import check_names, require
+from gesturec.artifact.validate_programs import check_programs
 
 Columns = Mapping[str, Array]
 
 ROTATION_TOLERANCE: Final = 1e-6  # of orthonormality; what the compiler writes is within 1e-15
 ROWS: Final = 1 << 14  # rows of transitions that are looked at together, to need little memory besides
-MAX_STACK: Final = 4096  # values on a program's stack; expressions of the language need a few dozen
 
 # (owner's start, owner's count, size that its ranges stay below)
 RANGES: Final = (
@@ -36,30 +35,6 @@ RANGES: Final = (
     ("program_start", "program_count", "n_op"),
     ("set_start", "set_count", "n_set_state"),
 )
-
-# operations that name something: the size that their argument stays below
-ARGUMENTS: Final = {
-    "joint": "n_joint",
-    "prev_joint": "n_joint",
-    "token": "n_token",
-    "local_token": "n_token",
-    "prev_token": "n_token",
-    "prev_local_token": "n_token",
-    "state_in": "n_set",
-    "prev_state_in": "n_set",
-    "cycle_at": "n_machine",
-    "prev_cycle_at": "n_machine",
-    "root_axis": 3,
-    "world_axis": 4,
-    "body_rate": 2,
-    "world_rate": 2,
-    "component": 3,
-    "flip": 3,
-    "world_token": "n_token",
-    "still": 1,
-}
-OF_BODY: Final = frozenset(("root_axis", "body_rate", "world_rate", "still"))  # of each of several bodies
-COUPLING_LEAVES: Final = frozenset({"constant", "joint"})  # a coupled value follows joints alone
 
 
 def validate(manifest: Manifest, columns: Columns) -> None:
@@ -76,7 +51,7 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
         _check_values(column, columns[column.name], sizes)
     for check in (_check_sizes, _check_chain, _check_ranges, _check_blocks, _check_transitions, _check_relations):
         check(columns, sizes)
-    _check_programs(columns, sizes, max(1, len(manifest.bodies)))
+    check_programs(columns, sizes, max(1, len(manifest.bodies)))
     check_names(manifest, columns, sizes)
 
 
@@ -205,36 +180,3 @@ def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
         require(end <= sizes["n_relation_cost"], "`relation_cost` is too short")
     require(end == sizes["n_relation_cost"], "`relation_cost` is longer than its relations")
     require(not np.isnan(columns["relation_cost"]).any(), "`relation_cost` is not a number")
-
-
-def _check_programs(columns: Columns, sizes: Mapping[str, int], n_body: int) -> None:
-    """Every program leaves one value and never takes more than there is; its arguments exist."""
-    codes, arguments = columns["op_code"], columns["op_argument"]
-    require(len(codes) == 0 or (codes.min() >= 0 and codes.max() < len(OPS)), "`op_code` is no operation")
-    for code, op in enumerate(OPS):
-        bound = ARGUMENTS.get(op.name)
-        if bound is not None:
-            named = arguments[codes == code]
-            limit = sizes[bound] if isinstance(bound, str) else bound * (n_body if op.name in OF_BODY else 1)
-            require(
-                len(named) == 0 or (named.min() >= 0 and named.max() < limit), f"`{op.name}` names what is not there"
-            )
-        elif op.name == "clearance":
-            named = arguments[codes == code]
-            pairs = np.concatenate([named // 65536, named % 65536])
-            require(
-                len(pairs) == 0 or (pairs.min() >= 0 and pairs.max() < sizes["n_limb"]), "`clearance` names no limb"
-            )
-    coupling = set(columns["joint_program"].tolist())
-    for program, (start, count) in enumerate(zip(columns["program_start"], columns["program_count"], strict=True)):
-        _check_program([OPS[code] for code in codes[start : start + count]], program in coupling)
-
-
-def _check_program(operations: list[Op], is_coupling: bool) -> None:
-    depth = 0
-    for op in operations:
-        require(op.takes <= depth, "a program takes more than there is")
-        depth += 1 - op.takes
-        require(depth <= MAX_STACK, "a program piles up too much")
-        require(not is_coupling or op.takes or op.name in COUPLING_LEAVES, "a coupling follows more than joints")
-    require(depth == 1, "a program does not leave one value")

@@ -16,7 +16,18 @@ from gesturec.language.reader import read_document
 from gesturec.language.schema.leaf import wrong_kind
 
 # All but `parameters` are read where the body is applied, after the compile: `gesturec/profile`.
-KNOWN_KEYS = ("gesturec", "name", "description", "units", "model", "parameters", "recordings", "body", "noise", "motion")
+KNOWN_KEYS = (
+    "gesturec",
+    "name",
+    "description",
+    "units",
+    "model",
+    "parameters",
+    "recordings",
+    "body",
+    "noise",
+    "motion",
+)
 MOST_BYTES = 4_000_000
 
 

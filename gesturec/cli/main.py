@@ -27,9 +27,11 @@ COMMANDS: Final = {
     "info": "facts of a model or of a recording",
     "dump": "a stage of the compiler, printed",
     "graph": "a machine's states and transitions as a picture",
+    "analyze": "which states cannot be told apart",
     "simulate": "a take of a model, and its truth",
     "decode": "recordings to states",
     "score": "agreement with truth or a human coder",
+    "fit": "one person's lengths, rests and noise from recordings",
     "test": "the tests in a model's own file",
     "origin": "where a model's effective values come from",
     "schema": "the language's JSON Schema",
@@ -37,7 +39,7 @@ COMMANDS: Final = {
 }
 """Every command that is built, and what it does; its module is `gesturec.cli.<name>_command`."""
 
-NOT_BUILT: Final = ("analyze", "fit", "encode", "reconstruct", "view", "serve", "emit")
+NOT_BUILT: Final = ("encode", "reconstruct", "view", "serve", "emit")
 """Commands of the interface that are not built yet; refused by name."""
 
 

@@ -31,7 +31,7 @@ def add_model_options(parser: ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help="a parameter's value (again for more)",
     )
-    parser.add_argument("--profile", metavar="P.yaml", help="a person's values of parameters")
+    parser.add_argument("--profile", metavar="P.yaml", help="a person's values of parameters, and body (gesturec fit)")
     parser.add_argument("--max-states", type=count, metavar="N", help="most states of one machine")
     parser.add_argument(
         "--limit",
@@ -73,10 +73,22 @@ def load_artifact(text: str, options: Namespace) -> Artifact:
     if text != "-" and model_path(text).suffix == COMPILED:
         from gesturec.artifact.store import load
 
-        if options.settings or options.profile:
-            raise UsageError(f"--set and --profile act before a model is compiled, and {text} is compiled already")
-        return load(model_path(text))
+        if options.settings:
+            raise UsageError(f"--set acts before a model is compiled, and {text} is compiled already")
+        artifact = load(model_path(text))
+        return artifact if options.profile is None else _with_body(artifact, options.profile)
     return compile_source(text, options).artifact
+
+
+def _with_body(artifact: Artifact, profile: str) -> Artifact:
+    """A compiled model with the body of a profile's person."""
+    from gesturec.compile import with_body
+    from gesturec.diagnostics.errors import ModelError
+
+    applied, findings = with_body(artifact, profile)
+    if applied is None:
+        raise ModelError(findings)
+    return applied
 
 
 def compile_source(text: str, options: Namespace) -> Model:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from gesturec.artifact.programs import OPS
+from gesturec.artifact.programs import OPS, unpack_limbs
 from gesturec.lowering.lowered import LoweredModel, Operation
 
 TAKES: Final = {op.name: op.takes for op in OPS}
@@ -63,7 +63,7 @@ def dependence(model: LoweredModel, operations: Iterable[Operation]) -> Dependen
             base = 0 if token.limb is None else model.limbs[token.limb].parent
             joints |= _behind(model, token.segment, base)
         elif name == "clearance":
-            for limb in (operation.argument // 65536, operation.argument % 65536):
+            for limb in unpack_limbs(operation.argument):
                 joints |= _limb_joints(model, limb)
         elif name == "state_in" and operation.states is not None:
             states.add(operation.states[0])

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from gesturec.artifact.clearance import clearance
 from gesturec.artifact.kinematics import Chain, complete_values, points_in
-from gesturec.artifact.programs import VECTORS, LeafEnvironment
+from gesturec.artifact.programs import VECTORS, LeafEnvironment, unpack_limbs
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredModel, Operation
 
@@ -106,7 +106,7 @@ def _leaves(
         "local_token": local_token,
         "state_in": state_in,
         "cycle_at": lambda argument: body.states[argument].at[state[argument]],
-        "clearance": lambda argument: clearance(body.chain, values, argument // 65536, argument % 65536),
+        "clearance": lambda argument: clearance(body.chain, values, *unpack_limbs(argument)),
     }
 
 

@@ -6,13 +6,31 @@ filled in and every state of a grid has its name.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Iterator, Sequence
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from gesturec.artifact.kinematics import complete_values
+from gesturec.artifact.kinematics import coupled_value, followed_joints
+from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.environment import Body
+from gesturec.expansion.limits import Refused
 from gesturec.expansion.states import Floats, Ints, MachineStates
+
+# Where in a driver's cell, besides its ends and value, a coupled joint is asked, by the number of its drivers: what
+# follows need not be monotone.
+BETWEEN: Final = {1: tuple(i / 8 for i in range(1, 8)), 2: (0.25, 0.5, 0.75), 3: (0.5,)}
+# Each further driver triples the work.
+MOST_DRIVERS: Final = 7
+
+
+class Cells(NamedTuple):
+    """Value and edges of the cells of joints, one array each: a row of states, or a column for each joint."""
+
+    value: Floats
+    low: Floats
+    high: Floats
 
 
 def free_of(body: Body, machine: int) -> tuple[int, ...]:
@@ -58,14 +76,12 @@ def state_table(
     at: Floats | None = None,
     members: dict[str, Ints] | None = None,
 ) -> MachineStates:
-    """Fill in the joints that are not free; a coupled one's cell is what its drivers' corners give."""
+    """Fill in the joints that are not free."""
     lowered = body.model.machines[machine]
     n = len(names)
-    value, low, high = (np.zeros((n, len(lowered.joints))) for _ in range(3))
-    for kind, table in enumerate((value, low, high)):
-        completed = complete_values(body.chain, {joint: cell[kind] for joint, cell in cells.items()})
-        for column, joint in enumerate(lowered.joints):
-            table[:, column] = completed[joint]
+    given = {joint: Cells(*cell) for joint, cell in cells.items()}
+    columns = [cell_of(body, joint, given) for joint in lowered.joints]
+    value, low, high = (np.stack([np.broadcast_to(c[kind], n) for c in columns], axis=1) for kind in range(3))
     return MachineStates(
         machine=machine,
         joints=tuple(lowered.joints),
@@ -73,9 +89,47 @@ def state_table(
         shape=shape,
         level=level,
         angle=value,
-        low=np.minimum(low, high),
-        high=np.maximum(low, high),
+        low=low,
+        high=high,
         at=np.full(n, np.nan) if at is None else at,
         names=names,
         members=members if members is not None else {},
     )
+
+
+def cell_of(body: Body, joint: int, given: dict[int, Cells]) -> Cells:
+    """The cell of any joint of a machine in each of its states, from those that are given."""
+    if joint in given:
+        return given[joint]
+    if body.model.joints[joint].coupling is not None:
+        return coupled_cell(body, joint, given)
+    fixed = np.asarray(body.chain.joint_value[joint])
+    return Cells(fixed, fixed, fixed)
+
+
+def coupled_cell(body: Body, joint: int, given: dict[int, Cells]) -> Cells:
+    """A coupled joint's value, and the least and the greatest that it takes anywhere in the cells of its drivers."""
+    drivers = followed_joints(body.chain, joint)
+    moving = [driver for driver in drivers if driver in given]
+    if len(moving) > MOST_DRIVERS:
+        raise Refused(_too_many_drivers(body, joint, len(moving)))
+    at_rest = {driver: cell_of(body, driver, given).value for driver in drivers}
+    value = low = high = coupled_value(body.chain, joint, at_rest)
+    for places in itertools.product(*(_places(given[driver], len(moving)) for driver in moving)):
+        found = coupled_value(body.chain, joint, at_rest | dict(zip(moving, places, strict=True)))
+        low, high = np.fmin(low, found), np.fmax(high, found)  # undefined at an edge bounds nothing
+    return Cells(value, low, high)
+
+
+def _places(cell: Cells, n_driver: int) -> Iterator[Floats]:
+    """A cell's ends and its value, and places between them where there are few drivers."""
+    yield from cell
+    for part in BETWEEN.get(n_driver, ()):
+        yield cell.low * (1 - part) + cell.high * part
+
+
+def _too_many_drivers(body: Body, joint: int, found: int) -> Diagnostic:
+    lowered = body.model.joints[joint]
+    assert lowered.coupling is not None
+    message = f"joint `{lowered.name}` follows {found} joints; at most {MOST_DRIVERS} can be followed"
+    return Diagnostic("limit-exceeded", message, lowered.coupling.span)

@@ -162,9 +162,7 @@ def beyond_limits(joints: Joints, free: Array) -> Array:
     return np.asarray(np.minimum(free - joints.low, 0) + np.maximum(free - joints.high, 0))
 
 
-def total_cost(
-    layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float
-) -> float:
+def total_cost(layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float) -> float:
     """What is made small: squares of residuals, of what is beyond limits, and of the priors."""
     residual = residuals(layout, joints, now, measured)
     cost = (weight[..., None] * residual**2).sum() / noise**2
@@ -194,9 +192,7 @@ def normal_equations(
     return _with_priors(layout, joints, now, own, shared, weighted)
 
 
-def _with_priors(
-    layout: Layout, joints: Joints, now: Unknowns, own: Array, shared: Array, residual: Array
-) -> _Normal:
+def _with_priors(layout: Layout, joints: Joints, now: Unknowns, own: Array, shared: Array, residual: Array) -> _Normal:
     a_matrix = np.einsum("nka,nkb->ab", shared, shared, optimize=True)
     a_vector = np.einsum("nka,nk->a", shared, residual)
     b_matrix = own.transpose(0, 2, 1) @ own
@@ -215,16 +211,17 @@ def _reduced(normal: _Normal, damping: float) -> tuple[Array, Array, Array]:
     width = normal.b_matrix.shape[-1]
     diagonal = np.einsum("nii->ni", normal.b_matrix)
     b_matrix = normal.b_matrix + np.eye(width) * (damping * diagonal + 1e-12)[:, None]
-    solved = np.linalg.solve(b_matrix, np.concatenate([normal.c_matrix.transpose(0, 2, 1), normal.b_vector[..., None]], -1))
+    right = np.concatenate([normal.c_matrix.transpose(0, 2, 1), normal.b_vector[..., None]], axis=-1)
+    solved = np.asarray(np.linalg.solve(b_matrix, right), dtype=np.float64)
     a_matrix = normal.a_matrix + damping * np.diag(np.diag(normal.a_matrix))
-    eliminated = np.einsum("nai,nib->ab", normal.c_matrix, solved, optimize=True)
+    eliminated = np.asarray(np.einsum("nai,nib->ab", normal.c_matrix, solved, optimize=True), dtype=np.float64)
     return a_matrix - eliminated[:, :-1], normal.a_vector - eliminated[:, -1], solved
 
 
 def _solve(normal: _Normal, damping: float) -> tuple[Array, Array]:
     """Steps of the parameters and of every frame's unknowns (n, 6 + n_free)."""
     matrix, vector, solved = _reduced(normal, damping)
-    step = np.linalg.solve(matrix, vector)
+    step = np.asarray(np.linalg.solve(matrix, vector), dtype=np.float64)
     return step, solved[..., -1] - solved[..., :-1] @ step
 
 
@@ -239,11 +236,9 @@ def _moved(now: Unknowns, shared: Array, own: Array) -> Unknowns:
     )
 
 
-def _adjusted(
-    layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float
-) -> Adjusted:
+def _adjusted(layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float) -> Adjusted:
     normal = normal_equations(layout, joints, now, measured, weight, noise)
-    covariance = np.linalg.inv(_reduced(normal, 0.0)[0])
+    covariance = np.asarray(np.linalg.inv(_reduced(normal, 0.0)[0]), dtype=np.float64)
     return Adjusted(
         now.parameters,
         now.rotation,

@@ -18,6 +18,7 @@ from gesturec.artifact.kinematics import chain_of, complete_angles, forward
 from gesturec.recordings.recording import Recording
 from gesturec.runtime.bindings import Plan, choose_binding, resolve_binding
 from gesturec.runtime.rigid import horn, spans_plane
+from gesturec.runtime.session import FARTHEST
 
 Array = NDArray[np.float64]
 
@@ -55,7 +56,8 @@ def choose_frames(artifact: Artifact, recordings: Sequence[Recording], bind: obj
     measured, take, frame, usable, bindings = [], [], [], [], []
     for number, recording in enumerate(recordings):
         plan = plan_for(artifact, recording, bind)
-        tokens = np.stack([plan.apply(points) for points in recording.points]) if len(recording.points) else _none(artifact)
+        tokens = np.array([plan.apply(points) for points in recording.points]).reshape(-1, plan.n_token, 3)
+        tokens[~(np.abs(tokens) < FARTHEST).all(axis=-1)] = np.nan
         good = np.flatnonzero([has_pose(artifact, row) for row in tokens])
         kept = good[:: max(1, -(-len(good) * len(recordings) // most))]
         measured.append(tokens[kept])
@@ -66,8 +68,9 @@ def choose_frames(artifact: Artifact, recordings: Sequence[Recording], bind: obj
     return Frames(np.concatenate(measured), np.concatenate(take), np.concatenate(frame), tuple(usable), tuple(bindings))
 
 
-def _none(artifact: Artifact) -> Array:
-    return np.empty((0, len(artifact.manifest.tokens), 3))
+def seen_tokens(measured: Array) -> NDArray[np.bool_]:
+    """Which tokens (..., n_token, 3) are seen."""
+    return np.asarray(np.isfinite(measured).all(axis=-1))
 
 
 def plan_for(artifact: Artifact, recording: Recording, bind: object) -> Plan:

@@ -27,14 +27,14 @@ PSEUDO: Final = 20.0  # steps that the machine's mean counts as in each state
 DEFAULT_STEP: Final = 0.04  # s a step where the model says none; the runtime's, and the source paper's
 
 
-class Path(NamedTuple):
+class StatePath(NamedTuple):
     """One take: times (n,), s, and states of each machine (n, n_machine), -1 undecided."""
 
     time: Array
     state: States
 
 
-def motions(artifact: Artifact, paths: Sequence[Path], with_costs: bool = False) -> dict[str, Motion]:
+def motions(artifact: Artifact, paths: Sequence[StatePath], with_costs: bool = False) -> dict[str, Motion]:
     """The motion of every machine that was decided at all; costs for machines that are no grid, or if asked for.
 
     Costs on a grid are left out by default: the runtime decodes a grid without costs on a finer lattice,

@@ -19,10 +19,11 @@ from gesturec.artifact.columns import VALUE_SOURCES
 from gesturec.artifact.kinematics import Chain, chain_of, cross_matrix, descendants, rotation_about
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 SAME_PLACE: Final = 1e-6  # m; places of one part that are nearer are one point
 ROOT_DEVIATION: Final = 0.010  # m, of a place on a root of a hand's size: people's palms beside their common scale
-LENGTH_SHARE: Final = 0.15  # of a length: segments differ by some 5 to 10 % beside the common scale; twice that
+LENGTH_SHARE: Final = 0.15  # of the logarithm of a length: beside the common size segments differ by 5 to 10 %
 SIZE_DEVIATION: Final = 0.3  # of the logarithm of the size: children to giants
 TURN_DEVIATION: Final = 0.17  # rad, ten degrees, of a limb's rest about axes that are not its first joint's
 ZERO_DEVIATION: Final = 0.17  # rad, of a joint's zero
@@ -30,14 +31,30 @@ HAND: Final = 0.09  # m, reach of the root's tokens to which ROOT_DEVIATION belo
 
 
 class Place(NamedTuple):
-    """A point of a part that joints and tokens share; its displacement is `axes` (3, k) times k parameters."""
+    """A point of a part that joints and tokens share.
+
+    On the root its three parameters are its displacement, m; elsewhere its one is the logarithm of how much longer
+    the way to it is, so that no length becomes negative.
+    """
 
     segment: int
     at: Array  # (3,) m
     joints: tuple[int, ...]
     tokens: tuple[int, ...]
-    axes: Array
-    deviation: float  # m, prior
+    deviation: float  # prior
+
+    @property
+    def width(self) -> int:
+        """Number of parameters."""
+        return 3 if self.segment == 0 else 1
+
+    def moved(self, part: Array) -> Array:
+        """Where its parameters put it, m."""
+        return self.at + part if self.segment == 0 else self.at * np.exp(part[0])
+
+    def derivative(self, part: Array) -> Array:
+        """Of `moved` by the parameters, (3, width)."""
+        return np.eye(3) if self.segment == 0 else np.asarray(self.moved(part)[:, None])
 
 
 class Turn(NamedTuple):
@@ -47,6 +64,11 @@ class Turn(NamedTuple):
     axes: Array
     deviation: float
 
+    @property
+    def width(self) -> int:
+        """Number of parameters."""
+        return int(self.axes.shape[1])
+
 
 class Layout(NamedTuple):
     """The parameter vector: logarithm of the size, then places, then turns."""
@@ -54,11 +76,12 @@ class Layout(NamedTuple):
     places: tuple[Place, ...]
     turns: tuple[Turn, ...]
     chain: Chain
+    reach: float  # m, of the root's seen tokens about their mean
 
     @property
     def starts(self) -> NDArray[np.int64]:
         """Where each place's and turn's parameters begin, and their end."""
-        return np.cumsum([1, *(each.axes.shape[1] for each in (*self.places, *self.turns))])
+        return np.cumsum([1, *(place.width for place in self.places), *(turn.width for turn in self.turns)])
 
     @property
     def size(self) -> int:
@@ -68,23 +91,27 @@ class Layout(NamedTuple):
     @property
     def deviation(self) -> Array:
         """Prior standard deviation of every parameter; the prior mean is zero."""
-        each = [np.full(item.axes.shape[1], item.deviation) for item in (*self.places, *self.turns)]
-        return np.concatenate([[SIZE_DEVIATION], *each])
+        places = [np.full(place.width, place.deviation) for place in self.places]
+        turns = [np.full(turn.width, turn.deviation) for turn in self.turns]
+        return np.concatenate([[SIZE_DEVIATION], *places, *turns])
 
     def part(self, parameters: Array, item: int) -> Array:
         """Parameters of the item-th place or turn (places first)."""
         return parameters[self.starts[item] : self.starts[item + 1]]
 
 
-def lay_out(artifact: Artifact, seen: NDArray[np.bool_]) -> Layout:
+def lay_out(artifact: Artifact, seen: Mask) -> Layout:
     """What can be estimated from tokens that are `seen` (n_token,) at least somewhere."""
     chain = chain_of(artifact.columns)
-    carried = descendants(chain)[chain.token_segment[seen]].any(axis=0)  # segments that move a seen token
-    places = _places(chain, seen, carried)
-    return Layout(places, _turns(chain, carried), chain)
+    carried: Mask = np.asarray(
+        descendants(chain)[chain.token_segment[seen]].any(axis=0)
+    )  # segments that move a seen token
+    root = chain.token_at[(chain.token_segment == 0) & seen]
+    reach = float(np.linalg.norm(root - root.mean(axis=0), axis=1).max()) if len(root) else HAND
+    return Layout(_places(chain, seen, carried, reach), _turns(chain, carried), chain, reach)
 
 
-def _places(chain: Chain, seen: NDArray[np.bool_], carried: NDArray[np.bool_]) -> tuple[Place, ...]:
+def _places(chain: Chain, seen: Mask, carried: Mask, reach: float) -> tuple[Place, ...]:
     points = [(int(chain.joint_parent[j]), chain.joint_at[j], j, -1) for j in range(chain.n_joint) if carried[j + 1]]
     points += [(int(chain.token_segment[t]), chain.token_at[t], -1, int(t)) for t in np.flatnonzero(seen)]
     groups: list[list[tuple[int, Array, int, int]]] = []
@@ -95,8 +122,6 @@ def _places(chain: Chain, seen: NDArray[np.bool_], carried: NDArray[np.bool_]) -
                 break
         else:
             groups.append([point])
-    root = chain.token_at[(chain.token_segment == 0) & seen]
-    reach = float(np.linalg.norm(root - root.mean(0), axis=1).max()) if len(root) else HAND
     places = [_place(group, reach) for group in groups]
     return tuple(place for place in places if place is not None)
 
@@ -106,14 +131,13 @@ def _place(group: list[tuple[int, Array, int, int]], reach: float) -> Place | No
     joints = tuple(joint for _, _, joint, _ in group if joint >= 0)
     tokens = tuple(token for _, _, _, token in group if token >= 0)
     if segment == 0:
-        return Place(segment, at, joints, tokens, np.eye(3), ROOT_DEVIATION * reach / HAND)
-    length = float(np.linalg.norm(at))
-    if length < SAME_PLACE:
+        return Place(segment, at, joints, tokens, ROOT_DEVIATION * reach / HAND)
+    if float(np.linalg.norm(at)) < SAME_PLACE:
         return None  # a token or joint that is the part's origin stays it
-    return Place(segment, at, joints, tokens, (at / length)[:, None], LENGTH_SHARE * length)
+    return Place(segment, at, joints, tokens, LENGTH_SHARE)
 
 
-def _turns(chain: Chain, carried: NDArray[np.bool_]) -> tuple[Turn, ...]:
+def _turns(chain: Chain, carried: Mask) -> tuple[Turn, ...]:
     turns = []
     fixed = VALUE_SOURCES.index("fixed")
     for joint in range(chain.n_joint):
@@ -131,7 +155,7 @@ def chain_at(layout: Layout, parameters: Array) -> Chain:
     chain, size = layout.chain, float(np.exp(parameters[0]))
     joint_at, token_at, rest = chain.joint_at.copy(), chain.token_at.copy(), chain.joint_rest.copy()
     for item, place in enumerate(layout.places):
-        moved = place.at + place.axes @ layout.part(parameters, item)
+        moved = place.moved(layout.part(parameters, item))
         joint_at[list(place.joints)] = moved
         token_at[list(place.tokens)] = moved
     for item, turn in enumerate(layout.turns, start=len(layout.places)):
@@ -173,7 +197,7 @@ def parameter_jacobian(
         moved[list(place.tokens)] = True
         for joint in place.joints:
             moved |= below[joint + 1]
-        direction = size * rotation[:, place.segment] @ place.axes
+        direction = size * rotation[:, place.segment] @ place.derivative(layout.part(parameters, item))
         jacobian[:, moved, :, starts[item] : starts[item + 1]] = direction[:, None]
     for item, turn in enumerate(layout.turns, start=len(layout.places)):
         moved = below[turn.joint + 1]

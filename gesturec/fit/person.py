@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,8 +17,8 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.fit.adjust import Adjusted, Joints, adjust, free_joints
-from gesturec.fit.frames import MAX_FRAMES, Frames, choose_frames, first_guess
-from gesturec.fit.motion import Path, motions
+from gesturec.fit.frames import MAX_FRAMES, Frames, choose_frames, first_guess, seen_tokens
+from gesturec.fit.motion import StatePath, motions
 from gesturec.fit.parameters import Layout, lay_out, right_jacobian
 from gesturec.profile.apply import with_profile
 from gesturec.profile.profile import Part, Profile, Take, Vector
@@ -27,6 +28,7 @@ from gesturec.runtime.decode import decode
 Array = NDArray[np.float64]
 
 TOLD: Final = 0.7  # of the prior's deviation: an estimate that is not sharper was not told by the recordings
+MOTION_FRAMES: Final = 10_000  # that are decoded to see how limbs move: minutes of film, and a minute or two of work
 FEWEST_FRAMES: Final = 10  # below, angles and lengths cannot be told apart
 
 
@@ -81,8 +83,8 @@ def fit_profile(
     if len(frames.measured) < FEWEST_FRAMES:
         count = len(frames.measured)
         raise FitError(f"{count} frames show three root tokens off a line; a fit needs {FEWEST_FRAMES} or more")
-    seen = np.isfinite(frames.measured).all(axis=-1)
-    layout = lay_out(artifact, seen.any(axis=0))
+    seen = seen_tokens(frames.measured)
+    layout = lay_out(artifact, np.asarray(seen.any(axis=0)))
     columns = artifact.columns
     joints = free_joints(layout, columns["joint_low"], columns["joint_high"], len(frames.measured))
     adjusted = adjust(layout, joints, frames.measured, first_guess(artifact, frames.measured))
@@ -91,12 +93,19 @@ def fit_profile(
     person = with_profile(artifact, profile)
     paths = []
     for recording in recordings:
-        decoding = decode(person, recording, bind=bind)
-        paths.append(Path(decoding.time, decoding.state))
+        decoding = decode(person, beginning(recording, MOTION_FRAMES // len(recordings)), bind=bind)
+        paths.append(StatePath(decoding.time, decoding.state))
         advance()
     motion = motions(artifact, paths, with_costs)
     profile = replace(profile, parameters=dict(parameters or {}), motion=motion)
     return Fit(profile, layout, joints, frames, adjusted)
+
+
+def beginning(recording: Recording, frames: int) -> Recording:
+    """The first frames of a recording."""
+    covariance = None if recording.covariance is None else recording.covariance[:frames]
+    first = recording.time[:frames], recording.points[:frames]
+    return Recording(recording.name, first[0], recording.names, first[1], recording.up, recording.rate, covariance)
 
 
 def profile_of(
@@ -109,13 +118,13 @@ def profile_of(
         name = manifest.joints[joint]
         part = joints.get(name, Part())
         joints[name] = Part(part.at, part.at_error, turn, error)
-    seen = np.isfinite(frames.measured).all(axis=-1)
+    seen = seen_tokens(frames.measured)
     spread = token_noise(adjusted, seen)
     measured = np.flatnonzero(seen.any(axis=0))
     return Profile(
         model=manifest.name,
         digest=manifest.digest,
-        name=" ".join(recording.name for recording in recordings),
+        name=", ".join(Path(recording.name).stem for recording in recordings),
         scale=float(np.exp(adjusted.parameters[0])),
         scale_error=float(np.exp(adjusted.parameters[0]) * np.sqrt(adjusted.covariance[0, 0])),
         joints={name: joints[name] for name in manifest.joints if name in joints},
@@ -132,10 +141,11 @@ def _places(artifact: Artifact, layout: Layout, adjusted: Adjusted) -> tuple[dic
     tokens: dict[str, Part] = {}
     size = float(np.exp(adjusted.parameters[0]))
     for item, place in enumerate(layout.places):
-        at = size * (place.at + place.axes @ layout.part(adjusted.parameters, item))
+        own = layout.part(adjusted.parameters, item)
+        at = size * place.moved(own)
         jacobian = np.zeros((3, layout.size))
         jacobian[:, 0] = at
-        jacobian[:, layout.starts[item] : layout.starts[item + 1]] = size * place.axes
+        jacobian[:, layout.starts[item] : layout.starts[item + 1]] = size * place.derivative(own)
         error = np.sqrt(np.einsum("ip,pq,iq->i", jacobian, adjusted.covariance, jacobian))
         believed = np.sqrt(((jacobian * layout.deviation) ** 2).sum(axis=1))
         if np.linalg.norm(error) > TOLD * np.linalg.norm(believed):
@@ -174,9 +184,10 @@ def token_noise(adjusted: Adjusted, seen: NDArray[np.bool_]) -> Array:
 
 def _take(recordings: Sequence[Recording], frames: Frames, adjusted: Adjusted, number: int) -> Take:
     recording, own = recordings[number], frames.take == number
-    residual = adjusted.residual[own][np.isfinite(frames.measured[own]).all(axis=-1)]
-    deviation = float(np.sqrt(np.square(residual).mean())) if residual.size else None
-    return Take(recording.name, len(recording.time), frames.usable[number], int(own.sum()), deviation or None)
+    residual = adjusted.residual[own][seen_tokens(frames.measured[own])]
+    deviation = float(np.sqrt(np.square(residual).mean())) if residual.size else 0.0
+    name, used = Path(recording.name).name, int(own.sum())
+    return Take(name, len(recording.time), frames.usable[number], used, deviation or None)
 
 
 def _vector(array: Array) -> Vector:

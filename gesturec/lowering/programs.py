@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Final, NamedTuple, Protocol
 
+from gesturec.artifact.programs import pack_limbs, unpack_limbs
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.language.expressions.constants import CHAINED, constant_operations
@@ -21,7 +22,6 @@ from gesturec.lowering.lowered import Operation, Program
 
 # A program of the language has some dozens.
 MOST_OPERATIONS: Final = 200_000
-LIMB_SHIFT: Final = 65536  # as `clearance` packs two limbs into one argument
 POSITIONS: Final = frozenset(("token", "local_token", "prev_token", "prev_local_token", "world_token"))
 HAVE_BEFORE: Final = frozenset(("joint", "token", "local_token", "state_in", "cycle_at"))
 
@@ -115,7 +115,7 @@ def _leaf(typed: Typed, ids: Ids) -> Operation:
         case (CycleAt(machine=machine),):
             return Operation(typed.op, ids.machine(machine))
         case (Limb(name=a), Limb(name=b)):
-            return Operation(typed.op, ids.limb(a) * LIMB_SHIFT + ids.limb(b))
+            return Operation(typed.op, pack_limbs(ids.limb(a), ids.limb(b)))
         case _:
             return Operation(typed.op, typed.argument)
 
@@ -152,7 +152,7 @@ def dependencies(operations: Iterable[Operation]) -> Dependencies:
         frozenset(operation.argument for name, operation in flat if name in POSITIONS),
         frozenset(operation.argument for name, operation in flat if name == "cycle_at")
         | frozenset(operation.states[0] for name, operation in flat if operation.states is not None),
-        frozenset(part for pair in pairs for part in divmod(pair, LIMB_SHIFT)),
+        frozenset(part for pair in pairs for part in unpack_limbs(pair)),
         any(name in ("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token") for name, _ in flat),
         any(operation.name.startswith("prev_") for _, operation in flat),
     )

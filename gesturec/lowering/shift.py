@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any
 
+from gesturec.artifact.programs import OF_BODY, pack_limbs
 from gesturec.lowering.lowered import (
     LoweredBinding,
     LoweredConstraint,
@@ -25,10 +26,7 @@ from gesturec.lowering.lowered import (
     Operation,
     Program,
 )
-from gesturec.lowering.programs import LIMB_SHIFT, POSITIONS
-
-# what the argument of an operation about one body's motion counts to; the body's number times this is added
-OF_BODY: Final = {"root_axis": 3, "body_rate": 2, "world_rate": 2, "still": 1}
+from gesturec.lowering.programs import POSITIONS
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +64,7 @@ class Shift:
             if name in POSITIONS
             else self.machines
             if name == "cycle_at"
-            else self.limbs * (LIMB_SHIFT + 1)
+            else pack_limbs(self.limbs, self.limbs)
             if name == "clearance"
             else self.body * OF_BODY.get(name, 0)
         )

@@ -108,10 +108,9 @@ def with_profile(artifact: Artifact, profile: Profile) -> Artifact:
     changed = {**baked.columns, **_noise(baked, profile), **_costs(baked, profile)}
     for array in changed.values():
         array.flags.writeable = False
-    motion = {name: {"hold": m.hold, "move": m.move} for name, m in profile.motion.items() if m.hold and m.move}
+    motion = {name: {"hold": m.hold, "move": m.move} for name, m in profile.motion.items()}
     told = {"name": profile.name, "scale": size, "noise": profile.noise, "motion": motion}
-    report = {**baked.manifest.report, "profile": told}
-    return Artifact(replace(baked.manifest, report=report), changed)
+    return Artifact(replace(baked.manifest, profile=told), changed)
 
 
 def turned(vector: Array) -> Array:
@@ -134,7 +133,9 @@ def _costs(artifact: Artifact, profile: Profile) -> dict[str, Array]:
     if not any(motion.costs for motion in profile.motion.values()):
         return {}
     columns = artifact.columns
-    cost = np.array(columns["transition_cost"]) if len(columns["transition_cost"]) else np.zeros(len(columns["transition_target"]))
+    cost = np.zeros(len(columns["transition_target"]))
+    if len(columns["transition_cost"]):
+        cost += columns["transition_cost"]
     for machine, name in enumerate(artifact.manifest.machines):
         motion = profile.motion.get(name)
         if motion is None or not motion.costs:

@@ -20,6 +20,7 @@ import os
 from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
+from gesturec.checks.profile import KNOWN_KEYS, MOST_BYTES
 from gesturec.diagnostics.source import Source, Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping as MappingNode
@@ -29,8 +30,6 @@ from gesturec.language.reader import read_document
 from gesturec.language.schema.leaf import wrong_kind
 from gesturec.profile.profile import Motion, Part, Profile, Take, Vector
 
-MOST_BYTES: Final = 4_000_000
-TOP: Final = ("gesturec", "name", "description", "units", "model", "parameters", "recordings", "body", "noise", "motion")
 LENGTHS: Final = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 ANGLES: Final = {"deg": math.pi / 180, "rad": 1.0}
 TIMES: Final = {"s": 1.0, "ms": 1e-3}
@@ -72,7 +71,7 @@ class _Reader:
 
     def profile(self) -> Located:
         root = self.root
-        self.known(root, TOP, "a profile")
+        self.known(root, KNOWN_KEYS, "a profile")
         self.read_units()
         model, body, noise = (self.section(root, key) for key in ("model", "body", "noise"))
         self.known(model, ("name", "digest"), "`model`")

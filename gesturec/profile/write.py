@@ -55,7 +55,8 @@ def _lines(profile: Profile) -> Iterator[str]:
 def _part(part: Part) -> str:
     given = [("at", part.at, MM, 6), ("at_error", part.at_error, MM, 3)]
     given += [("turn", part.turn, DEG, 6), ("turn_error", part.turn_error, DEG, 3)]
-    return "{" + ", ".join(f"{key}: {_vector(value, unit, n)}" for key, value, unit, n in given if value is not None) + "}"
+    said = [f"{key}: {_vector(value, unit, digits)}" for key, value, unit, digits in given if value is not None]
+    return "{" + ", ".join(said) + "}"
 
 
 def _noise(profile: Profile) -> Iterator[str]:
@@ -86,7 +87,7 @@ def _motion(motions: Mapping[str, Motion]) -> Iterator[str]:
 def quoted(text: str) -> str:
     """A text as it may stand in YAML: plain where it is a plain name, else in double quotes."""
     plain = text.replace(".", "").replace("_", "")
-    is_name = plain.isascii() and plain.isalnum() and text[0].isalpha()
+    is_name = bool(text) and plain.isascii() and plain.isalnum() and text[0].isalpha()
     return text if is_name and text not in ("null", "Null", "NULL") else json.dumps(text, ensure_ascii=False)
 
 

@@ -18,7 +18,7 @@ from gesturec.diagnostics.errors import InputError
 from gesturec.recordings.limits import MAX_LINE, MAX_POINTS, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
-from gesturec.recordings.text import length_scale, median_rate
+from gesturec.recordings.text import check_name, length_scale, median_rate
 from gesturec.recordings.units import axis_or_none
 
 Point = tuple[float, float, float]
@@ -45,7 +45,10 @@ def _read(stream: TextIO, path: str, options: ReadOptions) -> Recording:
             continue
         times.append(_time(value, path, row))
         frames.append(_points(value, path, row))
-        names.update(dict.fromkeys(value["points"]))
+        new = [name for name in value["points"] if name not in names]
+        for name in new:
+            check_name(name, path, row)
+        names.update(dict.fromkeys(new))
         if len(names) > MAX_POINTS:
             raise InputError(f"there are more than {MAX_POINTS:,} different points", path, row)
         check_values(3 * len(frames) * len(names), path, options.max_values)

@@ -7,8 +7,10 @@ few bytes cannot ask for gigabytes.
 
 from __future__ import annotations
 
+import tokenize
 import zipfile
 import zlib
+from math import prod
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -20,7 +22,7 @@ from gesturec.diagnostics.errors import InputError, LimitError
 from gesturec.recordings.limits import MAX_COVARIANCE_RATIO, MAX_POINTS, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
-from gesturec.recordings.text import length_scale, median_rate
+from gesturec.recordings.text import check_name, length_scale, median_rate
 from gesturec.recordings.units import axis_or_none
 
 MAX_HEADER: Final = 10_000
@@ -29,8 +31,22 @@ MAX_HEADER: Final = 10_000
 MAX_TEXT: Final = 100_000
 """Characters of one text array, names included."""
 
+MAX_SAID: Final = 120
+"""Characters of NumPy's own message that are passed on; it quotes a header whole."""
+
 READ: Final = ("t", "names", "xyz", "rate", "units", "up", "covariance")
-BROKEN: Final = (zipfile.BadZipFile, zlib.error, EOFError, ValueError, NotImplementedError, RuntimeError, KeyError)
+BROKEN: Final = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    ValueError,
+    NotImplementedError,
+    RuntimeError,
+    KeyError,
+    tokenize.TokenError,  # NumPy takes the header apart as Python source
+    SyntaxError,
+    TypeError,
+)
 
 
 def load_npz(path: Path, options: ReadOptions) -> Recording:
@@ -41,7 +57,8 @@ def load_npz(path: Path, options: ReadOptions) -> Recording:
     except (InputError, LimitError):
         raise
     except BROKEN as error:
-        raise InputError(f"not a readable NumPy archive: {error}", path) from error
+        said = " ".join(str(error).split())[:MAX_SAID]
+        raise InputError(f"not a readable NumPy archive: {said}", path) from error
     return _recording(arrays, path, options)
 
 
@@ -74,8 +91,10 @@ def _read_array(archive: zipfile.ZipFile, name: str, path: Path, options: ReadOp
     """One array, after its header has been found reasonable."""
     with archive.open(f"{name}.npy") as stream:
         shape, fortran, dtype = _header(stream)
-        size = int(np.prod([int(n) for n in shape], dtype=object)) if shape else 1
-        if dtype.kind not in "fiuU" or any(n < 0 for n in shape):
+        if not all(type(n) is int and n >= 0 for n in shape):  # True is an int to NumPy
+            raise InputError(f"the array `{name}` declares a shape that is none", path)
+        size = prod(shape)
+        if dtype.kind not in "fiuU":
             raise InputError(f"the array `{name}` holds neither numbers nor text", path)
         if dtype.kind == "U":
             check_values(size * max(1, dtype.itemsize // 4), f"{path}: `{name}`", MAX_TEXT)
@@ -133,6 +152,8 @@ def _check_shapes(time: NDArray[Any], points: NDArray[Any], names: NDArray[Any],
         raise InputError(f"{time.size} frames of {names.size} points: there must be some of both", path)
     if np.isinf(time).any():
         raise InputError(f"the time of frame {int(np.argmax(np.isinf(time)))} is infinite", path)
+    for name in names:
+        check_name(str(name), path)
     unique, count = np.unique(names, return_counts=True)
     if (count > 1).any():
         raise InputError(f"the point `{unique[count > 1][0]}` stands twice in `names`", path)

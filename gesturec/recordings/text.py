@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TextIO
 
 import numpy as np
@@ -37,6 +38,12 @@ def parse_number(text: str) -> float | None:
         return None if "_" in text else float(text)
     except ValueError:
         return None
+
+
+def check_name(name: str, path: str | Path, row: int | None = None) -> None:
+    """A name can be written again: JSON and NumPy hold halves of surrogate pairs, which no UTF-8 has."""
+    if any("\ud800" <= letter <= "\udfff" for letter in name):
+        raise InputError(f"the name {name[:40]!a} is no Unicode text", path, row)
 
 
 def check_times(time: NDArray[np.float64], path: str, rows: Sequence[int]) -> None:

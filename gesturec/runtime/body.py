@@ -11,6 +11,7 @@ from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import Chain, chain_of, complete_angles, forward, token_positions
 from gesturec.runtime.emission import ROOT_FRAME, Frame, levers
 from gesturec.runtime.reach import Graph, machine_graph
+from gesturec.runtime.relations import Relation, relations_of
 
 Array = NDArray[np.float64]
 
@@ -41,6 +42,12 @@ class Body:
     state_start: NDArray[np.int64]
     middle: Array
     own_noise: Array  # (n_token,) m; NaN: the session's
+    relations: tuple[Relation, ...]
+
+    @property
+    def size(self) -> float:
+        """Root mean square radius of the root's tokens, m."""
+        return root_size(self.root_positions)
 
     @property
     def n_token(self) -> int:
@@ -51,6 +58,14 @@ class Body:
     def n_joint(self) -> int:
         """Number of joints."""
         return len(self.artifact.manifest.joints)
+
+    def shape_of(self, machine: int, shape_square: float) -> Array:
+        """Variance to allow each token of a machine, (n_token,) m^2, for proportions unlike the model's.
+
+        `shape_square` is that of the root's tokens; it is in proportion to their distances, so a token far
+        out on a limb gets more.
+        """
+        return np.asarray(shape_square * np.maximum(1.0, self.levers[machine] / self.size) ** 2)
 
     def parent_frame(self, machine: int, angles: Array) -> Frame:
         """Frame in which a machine's table is, in the intrinsic one, for joint values (n_joint,)."""
@@ -88,7 +103,15 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         start.astype(np.int64),
         middle,
         columns["token_noise"],
+        relations_of(artifact),
     )
+
+
+def root_size(positions: Array) -> float:
+    """Root mean square distance of points (n, 3) from their middle, m; 1 where there are none to tell."""
+    if len(positions) < 2:
+        return 1.0
+    return max(float(np.sqrt(((positions - positions.mean(0)) ** 2).sum(1).mean())), 1e-6)
 
 
 def _base(tables: MachineTables, rotation: Array, translation: Array) -> Array:

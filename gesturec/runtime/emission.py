@@ -55,9 +55,9 @@ class Points(NamedTuple):
 
 
 def gather_evidence(
-    tables: MachineTables, points: Points, pose: PoseEstimate, frame: Frame, shape_square: float
+    tables: MachineTables, points: Points, pose: PoseEstimate, frame: Frame, shape: Array
 ) -> Evidence | None:
-    """Evidence of a machine's tokens; None where none is seen. `shape_square` is variance to allow an axis, m^2."""
+    """Evidence of a machine's tokens; None where none is seen. `shape` (n_token,) is variance to allow each, m^2."""
     tokens = np.asarray(tables.tokens)
     seen = seen_rows(points.measured[tokens])
     if not seen.any():
@@ -70,7 +70,7 @@ def gather_evidence(
     )
     jacobian = jacobian.reshape(-1, 7)
     total = jacobian @ pose.covariance @ jacobian.T
-    _add_blocks(total, turn @ points.covariance[tokens[seen]] @ turn.T + shape_square * np.eye(3))
+    _add_blocks(total, turn @ points.covariance[tokens[seen]] @ turn.T + shape[seen, None, None] * np.eye(3))
     hidden = bool((points.bound[tokens] & ~seen).any())
     return Evidence(seen, hidden, position, (total + total.T) / 2)
 

@@ -79,8 +79,10 @@ def literal_pose(body: Body, points: Points, size: SizeBelief, last: PoseEstimat
     fit = fit_rigid(body.root_positions[seen], points.measured[chosen], points.covariance[chosen], size.log_scale)
     if fit is None:
         return last
-    residual = float(np.sqrt((fit.residual**2).sum(1).mean()))
-    return PoseEstimate(fit.rotation, fit.translation, fit.log_scale, np.zeros((7, 7)), residual, "ok")
+    residual, unknown = float(np.sqrt((fit.residual**2).sum(1).mean())), np.full(3, np.nan)
+    return PoseEstimate(
+        fit.rotation, fit.translation, fit.log_scale, np.zeros((7, 7)), residual, "ok", unknown, unknown, 0.5
+    )
 
 
 def start_memory(track: Track, noise: Noise) -> Memory:

@@ -1,7 +1,7 @@
 """What the seen tokens say of each cell of a lattice: Gaussian with every covariance there is, and a floor.
 
-Each token is good or, with probability `OUTLIER`, anywhere in the limb's workspace. All tokens good is
-always weighed; where that fits nothing well, each token is left out in turn, and all of them. A bound on
+Each token is good or, with probability `OUTLIER`, anywhere in the limb's workspace. All good and all bad
+are always weighed; where some token is in doubt, each is left out in turn besides. A bound on
 the distance from each token's largest eigenvalues saves the exact one for cells that cannot matter.
 """
 
@@ -13,26 +13,25 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.runtime.chi_square import chi_square_quantile
 from gesturec.runtime.emission import Evidence
 from gesturec.runtime.lattice import Lattice
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 OUTLIER: Final = 0.01  # share of measurements that have nothing to do with their token
-DOUBT: Final = 0.99  # quantile of a good fit beyond which tokens are left out in turn
+LOOKED_AT_FIRST: Final = 8  # cells whose exact distances tell how far others may be and still matter
 NEGLIGIBLE: Final = 50.0  # chi-square beyond the best at which a cell's weight (1e-11) is not computed
 
 
-def cell_likelihood(lattice: Lattice, evidence: Evidence) -> NDArray[np.float32]:
+def cell_likelihood(lattice: Lattice, evidence: Evidence, in_doubt: bool) -> NDArray[np.float32]:
     """Likelihood of the seen tokens in every cell, (n_cell,), the largest 1."""
     count = len(evidence.position)
     floor = np.log(OUTLIER) - 3 * np.log(2 * lattice.reach)
-    whole, best = _log_gaussian(lattice, evidence, np.ones(count, dtype=bool))
+    whole = _log_gaussian(lattice, evidence, np.ones(count, dtype=bool))
     terms = [whole + count * np.log1p(-OUTLIER), np.full(len(whole), count * floor)]
-    if count > 1 and best > chi_square_quantile(DOUBT, 3 * count):
+    if count > 1 and in_doubt:
         for kept in _leaving_one_out(count):
-            part, _ = _log_gaussian(lattice, evidence, kept)
+            part = _log_gaussian(lattice, evidence, kept)
             terms.append(part + (count - 1) * np.log1p(-OUTLIER) + floor)
     top = max(float(term.max()) for term in terms)
     total = sum(np.exp(term - top) for term in terms)
@@ -46,21 +45,26 @@ def _leaving_one_out(count: int) -> Iterator[Mask]:
         yield kept
 
 
-def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> tuple[Array, float]:
-    """Log density of the kept tokens in every cell, and the least chi-square; cells that cannot matter get -inf."""
+def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> Array:
+    """Log density of the kept tokens in every cell; cells that cannot matter get -inf."""
     tokens = np.flatnonzero(evidence.seen)[kept]
     own = np.flatnonzero(kept)
     position = evidence.position[own]
     rows, own_rows = _coordinates(tokens), _coordinates(own)
     noise = evidence.covariance[np.ix_(own_rows, own_rows)]
+
+    def squares(cells: NDArray[np.int64]) -> tuple[Array, Array]:
+        covariance = lattice.covariance[cells][:, rows[:, None], rows] + noise
+        return _squares(position.ravel() - lattice.mean[cells][:, rows], covariance)
+
     bound = _bound(lattice, tokens, position, noise)
-    near = bound <= bound.min() + 4 * NEGLIGIBLE if len(bound) > 64 else np.ones(len(bound), dtype=bool)
-    residual = position.ravel() - lattice.mean[near][:, rows]
-    covariance = lattice.covariance[near][:, rows[:, None], rows] + noise
-    square, log_determinant = _squares(residual, covariance)
+    first = np.argsort(bound, kind="stable")[:LOOKED_AT_FIRST]
+    least = float(squares(first)[0].min())
+    cells = np.flatnonzero(bound <= least + NEGLIGIBLE)
+    square, log_determinant = squares(cells)
     log_density = np.full(len(bound), -np.inf)
-    log_density[near] = -0.5 * (square + log_determinant + len(rows) * np.log(2 * np.pi))
-    return log_density, float(square.min())
+    log_density[cells] = -0.5 * (square + log_determinant + len(rows) * np.log(2 * np.pi))
+    return log_density
 
 
 def _coordinates(tokens: NDArray[np.int64]) -> NDArray[np.int64]:

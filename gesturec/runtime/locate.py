@@ -15,7 +15,20 @@ import numpy as np
 
 from gesturec.runtime.arrays import Array, Mask, seen_rows
 from gesturec.runtime.pose import PoseEstimate, SizeBelief
-from gesturec.runtime.pose_filter import ORIGIN, POSE, ROTATION, SCALE, PoseFilter, PoseState, PoseStep, merge, select
+from gesturec.runtime.pose_filter import (
+    ORIGIN,
+    POSE,
+    ROTATION,
+    SCALE,
+    SPIN,
+    STILL,
+    VELOCITY,
+    PoseFilter,
+    PoseState,
+    PoseStep,
+    merge,
+    select,
+)
 from gesturec.runtime.pose_smoother import smooth_step
 from gesturec.runtime.rigid import all_fits, spans_plane
 from gesturec.runtime.rotations import exponential
@@ -143,6 +156,9 @@ def _estimate(state: PoseState, located: Located) -> PoseEstimate:
         covariance[h][np.ix_(POSE, POSE)],
         located.residual,
         status,
+        mean[h, VELOCITY],
+        mean[h, SPIN],
+        float(state.mode[h, STILL]),
     )
 
 

@@ -19,6 +19,7 @@ from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import ROOT_FRAME, Evidence, gather_evidence
 from gesturec.runtime.frame import Moment
 from gesturec.runtime.pose import PoseEstimate
+from gesturec.runtime.relations import relate
 from gesturec.runtime.semiring import Floats
 from gesturec.runtime.sight import Sight
 
@@ -52,7 +53,9 @@ def sight_of(body: Body, decoders: Sequence[Decoder], machine: int, shown: Shown
     evidence = None
     if shown.pose is not None:
         frame = ROOT_FRAME if tables.parent == 0 else body.parent_frame(machine, angles)
-        evidence = gather_evidence(tables, moment.points, shown.pose, frame, moment.shape_square)
+        evidence = gather_evidence(
+            tables, moment.points, shown.pose, frame, body.shape_of(machine, moment.shape_square)
+        )
     likelihood = None if evidence is None else decoders[machine].likelihood(evidence)
     sight = Sight(moment.dt, evidence, likelihood)
     if shown.is_final and tables.parent == 0:
@@ -72,7 +75,7 @@ def settle_first(
         decisions.append(decision)
         if decision.state >= 0:
             angles[body.machines[machine].joints] = body.machines[machine].angle[decision.state]
-    return after, decisions, angles
+    return after, relate(body.relations, decisions), angles
 
 
 def settle_all(body: Body, decoders: Sequence[Decoder], window: Sequence[Shown]) -> list[list[Decision]]:
@@ -89,4 +92,5 @@ def settle_all(body: Body, decoders: Sequence[Decoder], window: Sequence[Shown])
             last = tables.angle[decision.state] if decision.state >= 0 else last
             angles[n, tables.joints] = last
         columns.append(column)
-    return [list(row) for row in zip(*columns, strict=True)] if columns else [[] for _ in window]
+    rows = [list(row) for row in zip(*columns, strict=True)] if columns else [[] for _ in window]
+    return [relate(body.relations, row) for row in rows]

@@ -22,6 +22,9 @@ class PoseEstimate:
     covariance: Array  # (7, 7)
     residual: float  # root mean square over the tokens used, m; NaN where none
     status: str  # ok, pose-held
+    velocity: Array  # (3,) m/s, of the origin, world axes; NaN where not filtered
+    spin: Array  # (3,) rad/s, world axes
+    still: float  # probability that the root does not move
 
 
 class SizeBelief(NamedTuple):

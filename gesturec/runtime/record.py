@@ -19,15 +19,16 @@ from gesturec.runtime.machines import Shown
 from gesturec.runtime.pose import PoseEstimate
 from gesturec.runtime.status import STATUS_ID, STATUSES, gravest
 from gesturec.runtime.step import FrameRecord, MachineWhy, Pose, State, Step
+from gesturec.runtime.truths import HOLDS, hold_poses
 
 Array = NDArray[np.float64]
-HOLDS, HOLDS_NOT, UNKNOWN = 1, 0, 2
 
 
-def make_record(body: Body, shown: Shown, decisions: Sequence[Decision]) -> FrameRecord:
+def make_record(body: Body, shown: Shown, decisions: Sequence[Decision], up: str | None) -> FrameRecord:
     """The frame as arrays."""
     moment, pose = shown.moment, shown.pose
     state = np.array([d.state for d in decisions], dtype=np.int32)
+    angles = joint_angles(body, state)
     return FrameRecord(
         time=moment.time,
         status=STATUS_ID[_frame_status(decisions, pose, moment.points.measured)],
@@ -38,14 +39,14 @@ def make_record(body: Body, shown: Shown, decisions: Sequence[Decision]) -> Fram
         pose_rotation=np.full((3, 3), np.nan) if pose is None else pose.rotation,
         pose_translation=np.full(3, np.nan) if pose is None else pose.translation,
         scale=float("nan") if pose is None else float(np.exp(pose.log_scale)),
-        joint_angle=joint_angles(body, state),
+        joint_angle=angles,
         measured=moment.points.measured,
         filtered=moment.track.position,
         decided_frame=np.where(state >= 0, moment.frame + np.array([d.delay for d in decisions], int), -1).astype(
             np.int32
         ),
         root_residual=float("nan") if pose is None else pose.residual,
-        poses=hold_poses(body, [d.candidates for d in decisions]),
+        poses=hold_poses(body, [d.candidates for d in decisions], state, angles, pose, up),
     )
 
 
@@ -72,19 +73,6 @@ def joint_angles(body: Body, state: NDArray[np.int32]) -> Array:
     for tables in body.machines:
         free[tables.joints] = True
     return np.where(free, angles, fixed)
-
-
-def hold_poses(body: Body, candidates: Sequence[NDArray[np.int64]]) -> NDArray[np.uint8]:
-    """Truth of each pose over the candidates: Kleene's and over machines, unknown where candidates differ."""
-    table = body.artifact.columns["pose_state"]
-    truth = np.ones(len(table), dtype=np.uint8)
-    for machine, states in enumerate(candidates):
-        block = table[:, body.state_start[machine] + states]
-        holds, fails = (block == HOLDS).all(1), (block == HOLDS_NOT).all(1)
-        word = np.where(holds, HOLDS, np.where(fails, HOLDS_NOT, UNKNOWN))
-        truth = np.where((truth == HOLDS_NOT) | (word == HOLDS_NOT), HOLDS_NOT, np.maximum(truth, word))
-    truth[body.artifact.columns["pose_program"] >= 0] = UNKNOWN
-    return truth.astype(np.uint8)
 
 
 def make_step(body: Body, shown: Shown, record: FrameRecord, decisions: Sequence[Decision]) -> Step:

@@ -34,7 +34,7 @@ from gesturec.runtime.step import Step
 from gesturec.runtime.tracker import Tracker
 
 Given = ArrayLike | Mapping[str, ArrayLike]
-POSE_DEPTH: Final = 4  # frames whose poses later ones still improve; beyond, what they add is below the noise
+POSE_DEPTH: Final = 2  # frames whose poses later ones still improve; beyond, what they add does not show
 FARTHEST: Final = 1e6  # m; a coordinate beyond is no measurement, and its square would overflow
 LITERAL_GAINS: Final = Gains("benedict-bordner", alpha=0.5)  # of the source paper's rule
 
@@ -170,7 +170,7 @@ class Session:
         return [self._tell(shown, decisions) for shown, decisions in zip(self._window, decided, strict=True)]
 
     def _tell(self, shown: Shown, decisions: Any) -> Step:
-        record = make_record(self.body, shown, decisions)
+        record = make_record(self.body, shown, decisions, self.up)
         return self._count(make_step(self.body, shown, record, decisions))
 
     def _bind(self, points: Given, covariance: ArrayLike | None) -> Points:

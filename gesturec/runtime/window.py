@@ -28,6 +28,7 @@ from gesturec.runtime.sight import Sight
 
 Array = NDArray[np.float64]
 MISFIT_PROBABILITY: Final = 0.999
+DOUBT_PROBABILITY: Final = 0.99  # quantile of a limb's own fit beyond which some token may be an outlier
 MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
 MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
 CHECKPOINT: Final = 64  # frames between beliefs that are kept when a whole take is smoothed
@@ -57,7 +58,9 @@ class WindowDecoder:
 
     def likelihood(self, evidence: Evidence) -> Floats:
         """What a frame's tokens say of every cell."""
-        return cell_likelihood(self.chain.lattice, evidence)
+        square, _ = self._misfit(evidence)
+        in_doubt = square > chi_square_quantile(DOUBT_PROBABILITY, 3 * len(evidence.position))
+        return cell_likelihood(self.chain.lattice, evidence, in_doubt)
 
     def advance(self, carried: Carried, sight: Sight) -> Belief:
         """Belief at the next frame, from it and all before."""

@@ -1,7 +1,7 @@
 """A take of the body itself: artifact and options in, what was measured and what is true out.
 
-`simulate` is the table of contents: keys from poses, minimum-jerk curves between them, forward kinematics, noise,
-what is hidden. The same seed gives the same take.
+`simulate` is the table of contents: keys from poses, minimum-jerk curves between them, machines of cycles on their
+courses, forward kinematics, noise, what is hidden. The same seed gives the same take.
 """
 
 from __future__ import annotations
@@ -13,15 +13,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.artifact.artifact import Artifact, MachineTables
+from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.diagnostics.errors import InputError, LimitError
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.results import StatesTable
 from gesturec.recordings.rig import Rig
+from gesturec.simulate.cycles import Course, Moment, are_tied, companies, courses, going_machines
 from gesturec.simulate.hiding import Hidden, hide
+from gesturec.simulate.itinerary import relation_tables
 from gesturec.simulate.motion import frame_times, through_keys
-from gesturec.simulate.states import angles_of, nearest_state, pose_states, rest_states
+from gesturec.simulate.states import angles_of, nearest_state, pose_choice, pose_states, rest_states
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,12 @@ MAX_FRAMES: Final = 10_000_000
 
 RANDOM_KEY_PERIOD: Final = 0.5
 """Seconds a random take spends from one random configuration to the next."""
+
+MIDDLE_PACE: Final = 0.5
+"""Of a path's cycles: between the longest period that the model expects (0) and the shortest (1)."""
+
+HABIT: Final = 0.01
+"""Cost of a level between the first pose and rest: what the pose leaves open stays as it was."""
 
 
 @dataclass(frozen=True)
@@ -83,11 +91,12 @@ def simulate(artifact: Artifact, options: SimulateOptions, rig: Rig | None = Non
     time = _times(options)
     random = np.random.default_rng(options.seed)
     chain = chain_of(artifact.columns)
-    angles = complete_angles(chain, _curves(artifact, options, time, random))
+    curves, going = _curves(artifact, options, time, random)
+    angles = complete_angles(chain, curves)
     names, body = _measured_tokens(artifact, token_positions(chain, angles))
     origin = np.zeros(3) if rig is None else _where_cameras_look(rig) - body.reshape(-1, 3).mean(axis=0)
     points = body + origin
-    truth = _truth(artifact, time, angles, origin)
+    truth = _truth(artifact, time, angles, going, origin)
     pixels = None if rig is None else _pixels(rig, points, names, time, options, random)
     noisy = points + random.normal(0.0, options.noise, points.shape) if options.noise else points.copy()
     hide(noisy, time, names, options.hidden)
@@ -108,30 +117,47 @@ def _times(options: SimulateOptions) -> Array:
     return frame_times(options.duration, options.rate)
 
 
-def _curves(artifact: Artifact, options: SimulateOptions, time: Array, random: np.random.Generator) -> Array:
-    """Values of the free joints in every frame (n_frame, n_joint)."""
+def _curves(
+    artifact: Artifact, options: SimulateOptions, time: Array, random: np.random.Generator
+) -> tuple[Array, dict[int, Course]]:
+    """Values of the free joints in every frame (n_frame, n_joint), and the courses of machines of cycles and paths."""
     if options.path:
-        return through_keys(_path_keys(artifact, options.path), time, options.duration)
-    keys = _random_keys(artifact, options.duration, random)
+        keys, pace = _path_keys(artifact, options.path), MIDDLE_PACE
+        moments = _path_moments(artifact, options)
+    else:
+        keys, pace = _random_keys(artifact, options.duration, random), random.uniform()
+        moments = [_random_moment(artifact, random)]
     curves = through_keys(keys, time, options.duration)
-    pace = random.uniform()
-    for tables in artifact.machines():
-        if tables.kind == "cycle":
-            curves[:, tables.joints] = round_the_cycle(tables, keys[-1], time, pace)
-    return curves
+    going = courses(artifact, moments, time, options.duration, pace)
+    for machine, course in going.items():
+        curves[:, artifact.machine(machine).joints] = course.angle
+    return curves, going
 
 
-def round_the_cycle(tables: MachineTables, start: Array, time: Array, pace: float) -> Array:
-    """Joint values (n_frame, n_joint) of a machine that goes round from its state at `start` (n_joint of the body,).
+def _path_moments(artifact: Artifact, options: SimulateOptions) -> list[Moment]:
+    """When each pose of the path is due, and what it asks of machines of cycles and paths."""
+    rest, found = rest_states(artifact), []
+    for key, pose in enumerate(options.path):
+        choices = {m: pose_choice(artifact, pose, m, rest[m]) for m in going_machines(artifact)}
+        offset = {m: choice.to_wanted + (key == 0) * HABIT * choice.to_before for m, choice in choices.items()}
+        time = key * options.duration / max(1, len(options.path) - 1)
+        found.append(Moment(time, {m: choice.allowed for m, choice in choices.items()}, offset))
+    return found
 
-    `pace` is 0 for the longest period and 1 for the shortest; between two samples values are interpolated.
-    """
-    on_cycle = np.flatnonzero(~np.isnan(tables.at))
-    at, angle = tables.at[on_cycle], tables.angle[on_cycle]
-    begin = at[np.argmin(np.square(angle - start[tables.joints]).sum(axis=1))]
-    period = tables.longest + pace * (tables.shortest - tables.longest)
-    place = (begin + time / period) % 1.0
-    return np.column_stack([np.interp(place, at, values, period=1.0) for values in angle.T])
+
+def _random_moment(artifact: Artifact, random: np.random.Generator) -> Moment:
+    """All on their cycles; one of those that relations tie together begins at a random place."""
+    allowed = {m: np.isfinite(artifact.machine(m).at) for m in going_machines(artifact)}
+    offset = {machine: np.zeros(len(mask)) for machine, mask in allowed.items()}
+    placed: set[int] = set()
+    for company in companies(artifact):
+        first, is_tied = company[0], are_tied(artifact, placed, company)
+        placed.update(company)
+        if is_tied:
+            continue
+        begin = random.choice(np.flatnonzero(allowed[first]))
+        offset[first][np.arange(len(offset[first])) != begin] = np.inf
+    return Moment(0.0, allowed, offset)
 
 
 def _path_keys(artifact: Artifact, path: tuple[str, ...]) -> Array:
@@ -160,16 +186,8 @@ def _random_keys(artifact: Artifact, duration: float, random: np.random.Generato
 
 def _relations(artifact: Artifact) -> Callable[[NDArray[np.int64]], bool]:
     """Whether a tuple of states is one that every relation across machines allows."""
-    columns = artifact.columns
-    tables = []
-    for relation in range(len(columns["relation_machine_start"])):
-        first, count = (int(columns[f"relation_machine_{end}"][relation]) for end in ("start", "count"))
-        machines = columns["relation_machine"][first : first + count]
-        shape = tuple(len(artifact.machine(int(machine)).state_names) for machine in machines)
-        start = int(columns["relation_cost_start"][relation])
-        cost = columns["relation_cost"][start : start + int(np.prod(shape))].reshape(shape)
-        tables.append((machines, np.isfinite(cost)))
-    return lambda states: all(bool(cost[tuple(states[machines])]) for machines, cost in tables)
+    tables = [(list(machines), np.isfinite(cost)) for machines, cost in relation_tables(artifact)]
+    return lambda states: all(bool(allowed[tuple(states[machines])]) for machines, allowed in tables)
 
 
 def _measured_tokens(artifact: Artifact, positions: Array) -> tuple[tuple[str, ...], Array]:
@@ -178,12 +196,12 @@ def _measured_tokens(artifact: Artifact, positions: Array) -> tuple[tuple[str, .
     return tuple(artifact.manifest.tokens[token] for token in real), positions[:, real]
 
 
-def _truth(artifact: Artifact, time: Array, angles: Array, origin: Array) -> StatesTable:
+def _truth(artifact: Artifact, time: Array, angles: Array, going: dict[int, Course], origin: Array) -> StatesTable:
     """States, their middles, and the true angles in every frame."""
     n_frame = len(time)
-    state = np.column_stack(
-        [np.empty((n_frame, 0), np.int32), *(nearest_state(artifact, m, angles) for m in range(artifact.n_machine))]
-    ).astype(np.int32)
+    state = np.empty((n_frame, artifact.n_machine), np.int32)
+    for machine in range(artifact.n_machine):
+        state[:, machine] = going[machine].state if machine in going else nearest_state(artifact, machine, angles)
     middle = angles.copy()
     for machine, tables in enumerate(artifact.machines()):
         middle[:, tables.joints] = tables.angle[state[:, machine]]

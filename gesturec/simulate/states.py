@@ -31,6 +31,21 @@ BLOCK: Final = 4_000_000
 """Numbers in one block of distances; 32 MB."""
 
 
+class Choice(NamedTuple):
+    """What a pose leaves one machine: its states (n_state,), and distances of each in levels."""
+
+    allowed: NDArray[np.bool_]
+    to_wanted: Array
+    to_before: Array
+
+    @property
+    def best(self) -> int:
+        """The state nearest to what is wanted, then to the state before, then the lowest id."""
+        allowed = np.flatnonzero(self.allowed)
+        wanted, before = (np.round(offset[allowed] / TIE) for offset in (self.to_wanted, self.to_before))
+        return int(allowed[np.lexsort((allowed, before, wanted))[0]])
+
+
 class Ruler(NamedTuple):
     """How a machine's configurations are measured in levels: its free joints, and each one's scale."""
 
@@ -100,21 +115,30 @@ def pose_states(artifact: Artifact, pose: str, before: list[int]) -> list[int]:
     InputError
         The model has no such pose, or it cannot be held by joints alone, or holds in no state.
     """
+    chosen = [pose_choice(artifact, pose, machine, state).best for machine, state in enumerate(before)]
+    _check_whole(artifact, pose, chosen)
+    return chosen
+
+
+def pose_choice(artifact: Artifact, pose: str, machine: int, before: int) -> Choice:
+    """The states of one machine in `pose`, and how near each state is to what the pose wants.
+
+    Raises
+    ------
+    InputError
+        The model has no such pose, or it holds in no state of the machine.
+    """
     manifest = artifact.manifest
     if pose not in manifest.poses:
         hint = nearest(pose, manifest.poses)
         help_ = f"; did you mean `{hint}`?" if hint else f"; it has {', '.join(manifest.poses) or 'none'}"
         raise InputError(f"the model has no pose `{pose}`{help_}", "--path")
     truth = artifact.columns["pose_state"][manifest.poses.index(pose)]
+    allowed = truth[artifact.states(machine)] != 0
+    if not allowed.any():
+        raise InputError(f"the pose `{pose}` holds in no state of `{manifest.machines[machine]}`", "--path")
     wanted = {joint: entry[0] for joint, entry in manifest.wanted.get(pose, {}).items()}
-    chosen = []
-    for machine in range(artifact.n_machine):
-        allowed = np.flatnonzero(truth[artifact.states(machine)] != 0)
-        if not len(allowed):
-            raise InputError(f"the pose `{pose}` holds in no state of `{manifest.machines[machine]}`", "--path")
-        chosen.append(_choose(artifact, machine, allowed, wanted, before[machine]))
-    _check_whole(artifact, pose, chosen)
-    return chosen
+    return Choice(allowed, *_offsets(artifact, machine, wanted, before))
 
 
 def angles_of(artifact: Artifact, states: Sequence[int]) -> Array:
@@ -147,8 +171,8 @@ def _check_whole(artifact: Artifact, pose: str, states: list[int]) -> None:
         raise InputError(f"the pose `{pose}` binds machines to one another in a way that is not searched", "--path")
 
 
-def _choose(artifact: Artifact, machine: int, allowed: Ids, wanted: dict[str, float | None], before: int) -> int:
-    """The best of the allowed states of one machine."""
+def _offsets(artifact: Artifact, machine: int, wanted: dict[str, float | None], before: int) -> tuple[Array, Array]:
+    """How far every state (n_state,) of a machine is from what is wanted, and from the state before, in levels."""
     measure = ruler(artifact, machine)
     tables: MachineTables = artifact.machine(machine)
     states = measure.measure(tables.angle[:, measure.columns])
@@ -158,8 +182,5 @@ def _choose(artifact: Artifact, machine: int, allowed: Ids, wanted: dict[str, fl
         target[place] = np.nan if value is None else value
     asked = ~np.isnan(target)
     filled = np.where(asked, target, tables.angle[before, measure.columns])
-    offset = np.abs(states[allowed] - measure.measure(filled))
-    to_wanted = (offset * asked).sum(axis=1)
-    to_before = np.abs(states[allowed] - states[before]).sum(axis=1)
-    order = np.lexsort((allowed, np.round(to_before / TIE), np.round(to_wanted / TIE)))
-    return int(allowed[order[0]])
+    offset = np.abs(states - measure.measure(filled))
+    return (offset * asked).sum(axis=1), np.abs(states - states[before]).sum(axis=1)

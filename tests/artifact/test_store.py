@@ -19,7 +19,9 @@ from hypothesis import strategies as st
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import COLUMNS
+from gesturec.artifact.kinematics import chain_of, complete_angles
 from gesturec.artifact.manifest import canonical_json
+from gesturec.artifact.programs import CODES, OPS
 from gesturec.artifact.store import load, read_artifact, save, write_artifact
 from gesturec.diagnostics.errors import ArtifactError
 from gesturec.expansion.expand import expand_model
@@ -184,6 +186,21 @@ def test_any_value_in_a_column_is_refused_or_harmless(column: Any, place: int, v
         return
     for tables in again.machines():
         assert tables.transition_target.max() < len(tables.angle)
+
+
+@pytest.mark.parametrize("name", [op.name for op in OPS])
+def test_a_coupling_with_any_operation_in_any_place_is_refused_or_can_be_evaluated(name: str) -> None:
+    loaded = 0
+    for place in range(len(HAND.columns["op_code"])):
+        try:
+            again = read_artifact(with_column("op_code", _set(place, CODES[name])))
+        except ArtifactError:
+            continue
+        loaded += 1
+        angles = complete_angles(chain_of(again.columns), np.zeros(len(again.manifest.joints)))
+        assert angles.shape == (len(again.manifest.joints),)
+    if name in ("vector", "norm", "cross", "token"):
+        assert not loaded, f"a coupling of numbers alone took `{name}`"
 
 
 HUGE = 1 << 39

@@ -46,6 +46,7 @@ def test_a_header_and_points_that_come_and_go(tmp_path: Path) -> None:
         ('{"time": 0, "detections": [[1, 2]]}\n', 1, "not built yet"),
         ('{"units": 3}\n{"time": 0, "points": {"a": [1, 2, 3]}}\n', 1, '"units" must be'),
         ("[" * 100_000 + "\n", 1, "not JSON"),
+        ('{"time": 0, "points": {"\\ud800": [1, 2, 3]}}\n', 1, "no Unicode text"),
     ],
 )
 def test_every_malformed_line_is_one_error_at_its_row(tmp_path: Path, text: str, row: int | None, message: str) -> None:

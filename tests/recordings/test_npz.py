@@ -50,6 +50,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         ({"xyz": np.full((4, 2, 3), np.inf)}, "infinite"),
         ({"names": np.array(["a", "a"])}, "`a` stands twice"),
         ({"names": np.array([1, 2])}, "array of text"),
+        ({"names": np.array(["a", "\ud800"])}, "no Unicode text"),
         ({"names": np.array(["a", {}], dtype=object)}, "neither numbers nor text"),
         ({"t": np.array([0, 1, np.inf, 3])}, "frame 2 is infinite"),
         ({"rate": np.array(-1.0)}, "`rate` must be"),
@@ -71,6 +72,32 @@ def test_what_is_no_archive_is_one_error(tmp_path: Path, data: bytes) -> None:
     path.write_bytes(data)
     with pytest.raises(InputError, match="not a readable NumPy archive"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        (b"(" * 5000, "not a readable NumPy archive"),
+        (b"{'descr': '<f8', 'fortran_order': False, 'shape': (3, 1, True), }", "shape that is none"),
+        (b"{'descr': '<f8', 'fortran_order': False, 'shape': (-4, 2, 3), }", "shape that is none"),
+        (b"{'descr': '<f8', 'fortran_order': False, 'shape': 24, }", "not a readable NumPy archive"),
+        (b"{'descr': [('a', '<f8')], 'fortran_order': False, 'shape': (4, 2, 3), }", "neither numbers nor text"),
+        (b"{'descr': {}, 'fortran_order': False, 'shape': (4, 2, 3), }", "neither numbers nor text"),
+        (b"{", "not a readable NumPy archive"),
+    ],
+    ids=["parentheses", "a truth in the shape", "below zero", "a number", "a structure", "no type", "open"],
+)
+def test_every_header_that_is_none_is_one_error(tmp_path: Path, header: bytes, message: str) -> None:
+    path = tmp_path / "take.npz"
+    with zipfile.ZipFile(archive(tmp_path)) as good:
+        arrays = {name: good.read(name) for name in ("t.npy", "names.npy")}
+    with zipfile.ZipFile(path, "w") as bad:
+        for name, data in arrays.items():
+            bad.writestr(name, data)
+        bad.writestr("xyz.npy", b"\x93NUMPY\x01\x00" + len(header + b"\n").to_bytes(2, "little") + header + b"\n")
+    with pytest.raises(InputError, match=message) as caught:
+        read(path)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 500
 
 
 def test_every_cut_of_an_archive_is_one_error(tmp_path: Path) -> None:

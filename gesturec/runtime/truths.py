@@ -1,0 +1,114 @@
+"""Which poses hold in a frame: truths over the states still possible, and over the body's place and motion.
+
+In: each machine's candidates, the decided states, the root's pose with its velocities. Out: for every pose
+1 (holds), 0 (does not) or 2 (unknown). A pose that its state sets say all about holds where every candidate
+has it. Any other is a program, evaluated at the decided states; what is undecided or unknown is NaN there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gesturec.artifact.clearance import clearance
+from gesturec.artifact.kinematics import complete_angles, positions_in
+from gesturec.artifact.programs import LeafEnvironment, evaluate, unpack_limbs
+from gesturec.runtime.arrays import Array, Ids
+from gesturec.runtime.body import Body
+from gesturec.runtime.pose import PoseEstimate
+
+HOLDS, HOLDS_NOT, UNKNOWN = 1, 0, 2
+UP: Final = 3  # argument of `world_axis` that means upwards
+MOSTLY: Final = 0.5  # probability of the still model beyond which the body is still
+NOWHERE: Final = np.full(3, np.nan)
+
+
+def hold_poses(
+    body: Body,
+    candidates: Sequence[Ids],
+    state: NDArray[np.int32],
+    angles: Array,
+    pose: PoseEstimate | None,
+    up: str | None,
+) -> NDArray[np.uint8]:
+    """Truth of each pose, (n_pose,)."""
+    truth = _by_states(body, candidates)
+    programs = body.artifact.columns["pose_program"]
+    asked = np.flatnonzero((programs >= 0) & (truth != HOLDS_NOT))
+    if len(asked):
+        environment = LeafEnvironment(_leaves(body, state, angles, pose, up))
+        for index in asked:
+            truth[index] = _word(float(np.ravel(evaluate(body.chain.programs, int(programs[index]), environment))[0]))
+    return truth
+
+
+def _by_states(body: Body, candidates: Sequence[Ids]) -> NDArray[np.uint8]:
+    """Kleene's and over machines: unknown where a machine's candidates differ."""
+    table = body.artifact.columns["pose_state"]
+    truth = np.full(len(table), HOLDS, dtype=np.uint8)
+    for machine, states in enumerate(candidates):
+        block = table[:, body.state_start[machine] + states]
+        holds, fails = (block == HOLDS).all(1), (block == HOLDS_NOT).all(1)
+        word = np.where(holds, HOLDS, np.where(fails, HOLDS_NOT, UNKNOWN))
+        either = (truth == HOLDS_NOT) | (word == HOLDS_NOT)
+        truth = np.where(either, HOLDS_NOT, np.maximum(truth, word)).astype(np.uint8)
+    return truth
+
+
+def _word(value: float) -> int:
+    return UNKNOWN if np.isnan(value) else HOLDS if value > 0 else HOLDS_NOT
+
+
+def _leaves(
+    body: Body, state: NDArray[np.int32], angles: Array, pose: PoseEstimate | None, up: str | None
+) -> dict[str, Callable[[int], ArrayLike]]:
+    """What an expression may ask of one frame; NaN where it is not known."""
+    columns = body.artifact.columns
+
+    def token_in(segment: int, token: int) -> Array:
+        positions = positions_in(body.chain, complete_angles(body.chain, angles), segment)
+        return np.asarray(positions[token])
+
+    def local_token(token: int) -> Array:
+        limb = int(columns["segment_limb"][columns["token_segment"][token]])
+        return token_in(0 if limb < 0 else int(columns["limb_parent"][limb]), token)
+
+    def state_in(index: int) -> float:
+        start, count = (int(columns[f"set_{part}"][index]) for part in ("start", "count"))
+        decided = int(state[columns["set_machine"][index]])
+        return np.nan if decided < 0 else float(decided in columns["set_state"][start : start + count])
+
+    def cycle_at(machine: int) -> float:
+        return np.nan if state[machine] < 0 else float(body.machines[machine].at[state[machine]])
+
+    def rate(index: int) -> Array:
+        return NOWHERE if pose is None else np.asarray(pose.spin if index else pose.velocity)
+
+    return {
+        "joint": lambda joint: angles[joint],
+        "token": lambda token: token_in(0, token),
+        "local_token": local_token,
+        "state_in": state_in,
+        "cycle_at": cycle_at,
+        "root_axis": lambda axis: NOWHERE if pose is None else pose.rotation[:, axis],
+        "world_axis": lambda axis: upwards(up) if axis == UP else np.eye(3)[axis],
+        "world_rate": rate,
+        "body_rate": lambda index: NOWHERE if pose is None else pose.rotation.T @ rate(index),
+        "still": lambda _: np.nan if pose is None else float(pose.still > MOSTLY),
+        "clearance": lambda pair: clearance(body.chain, _by_joint(body, angles), *unpack_limbs(pair)),
+    }
+
+
+def upwards(up: str | None) -> Array:
+    """The world's upward direction from ``y``, ``-z``, ...; NaN where it is not known."""
+    if up is None:
+        return NOWHERE
+    sign = -1.0 if up.startswith("-") else 1.0
+    return np.asarray(sign * np.eye(3)["xyz".index(up[-1])])
+
+
+def _by_joint(body: Body, angles: Array) -> dict[int, Array]:
+    return dict(enumerate(complete_angles(body.chain, angles)))
