@@ -59,6 +59,14 @@ class Session:
         For an unknown binding, decoder or nonsense number. Nothing raises after construction.
     """
 
+    def __new__(cls, artifact: Artifact, **options: Any) -> Session:
+        """Of a model of several bodies, a session of several."""
+        if cls is Session and artifact.manifest.bodies:
+            from gesturec.runtime.bodies import BodiesSession
+
+            return super().__new__(BodiesSession)
+        return super().__new__(cls)
+
     def __init__(self, artifact: Artifact, **options: Any) -> None:
         self.options = Options(**options)
         self.artifact = artifact
