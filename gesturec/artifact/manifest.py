@@ -15,6 +15,9 @@ from typing import Any, Final, get_args, get_origin, get_type_hints
 from gesturec.diagnostics.errors import ArtifactError
 
 FORMAT: Final = 1  # of the file; a reader refuses any other by name
+MOST: Final = 1e300  # of a number; JSON has integers of any size, and spells infinity as 1e999
+UPWARDS: Final = ("x", "y", "z", "-x", "-y", "-z")  # directions of a world that can be up
+WEIGHT_SUM_TOLERANCE: Final = 1e-6  # of a binding's weights from one; people write 0.333
 
 Names = tuple[str, ...]
 
@@ -92,7 +95,18 @@ def parse_json(text: str, what: str) -> dict[str, Any]:
         raise ArtifactError(f"the {what} is not canonical JSON: {error}") from None
     if not isinstance(value, dict):
         raise ArtifactError(f"the {what} is no JSON object")
+    _check_unicode(text, value, what)
     return value
+
+
+def _check_unicode(text: str, value: Mapping[str, Any], what: str) -> None:
+    """Every text can be printed: JSON can spell halves of surrogate pairs, which no UTF-8 has."""
+    if "\\ud" not in text.lower():
+        return
+    try:
+        json.dumps(value, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        raise ArtifactError(f"the {what} has a text that is no Unicode") from None
 
 
 def _check_version(raw: Mapping[str, Any]) -> None:
@@ -129,7 +143,7 @@ def _conform(value: Any, wanted: Any, where: str) -> Any:
         return {key: _conform(each, arguments[1], f"{where}.{key}") for key, each in value.items()}
     if origin is types.UnionType:
         return None if value is None else _conform(value, arguments[0], where)
-    if wanted is float and type(value) in (int, float):
+    if wanted is float and type(value) in (int, float) and abs(value) <= MOST:
         return float(value)
     if origin is None and type(value) is wanted:
         return value

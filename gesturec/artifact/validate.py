@@ -22,6 +22,9 @@ from gesturec.artifact.validate_programs import check_programs
 Columns = Mapping[str, Array]
 
 ROTATION_TOLERANCE: Final = 1e-6  # of orthonormality; what the compiler writes is within 1e-15
+BLOCK: Final = 1 << 20  # numbers of covariances that are looked at together
+SINGULAR: Final = 1e-12  # of a matrix's largest entry: the rounding of what expansion computes is 1e-15
+LEAST_VARIANCE: Final = 1e-18  # m^2: a nanometre, for covariances of zero
 ROWS: Final = 1 << 14  # rows of transitions that are looked at together, to need little memory besides
 
 # (owner's start, owner's count, size that its ranges stay below)
@@ -49,7 +52,15 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
         _check_shape(column, columns[column.name], sizes)
     for column in COLUMNS:
         _check_values(column, columns[column.name], sizes)
-    for check in (_check_sizes, _check_chain, _check_ranges, _check_blocks, _check_transitions, _check_relations):
+    for check in (
+        _check_sizes,
+        _check_chain,
+        _check_ranges,
+        _check_blocks,
+        _check_covariances,
+        _check_transitions,
+        _check_relations,
+    ):
         check(columns, sizes)
     check_programs(columns, sizes, max(1, len(manifest.bodies)))
     check_names(manifest, columns, sizes)
@@ -66,6 +77,8 @@ def _check_values(column: Column, array: Array, sizes: Mapping[str, int]) -> Non
         return
     if column.dtype.startswith("f"):
         require(not column.finite or np.isfinite(array).all(), f"`{column.name}` is not finite")
+        inside = ((array >= column.least) & (array <= column.most)) | np.isnan(array)
+        require(inside.all(), f"`{column.name}` goes beyond {column.least:g} to {column.most:g}")
         return
     require(array.min() >= column.lowest, f"`{column.name}` goes below {column.lowest}")
     if column.refers_to is not None:
@@ -141,6 +154,30 @@ def _check_blocks(columns: Columns, sizes: Mapping[str, int]) -> None:
     for what, size_name in (("angle", "angle"), ("position", "token"), ("covariance", "covariance")):
         require(ends[what] == sizes[f"n_state_{size_name}"], f"the blocks of `machine_{what}_start` do not fill it")
     require((columns["state_low"] <= columns["state_high"]).all(), "a state's cell is reversed")
+
+
+def _check_covariances(columns: Columns, sizes: Mapping[str, int]) -> None:
+    """Covariances are symmetric and, but for rounding, of no negative variance in any direction."""
+    for machine in range(sizes["n_machine"]):
+        n_state, width = int(columns["machine_state_count"][machine]), 3 * int(columns["machine_token_count"][machine])
+        start, rows = int(columns["machine_covariance_start"][machine]), max(1, BLOCK // max(1, width**2))
+        for first in range(0, n_state if width else 0, rows):
+            count = min(rows, n_state - first)
+            begin = start + first * width**2
+            block = columns["state_covariance"][begin : begin + count * width**2].reshape(count, width, width)
+            require(_are_covariances(block), "`state_covariance` has a matrix that is no covariance")
+
+
+def _are_covariances(matrices: Array) -> bool:
+    """Whether matrices (n, k, k) are symmetric and positive semidefinite to the rounding of their largest entry."""
+    slack = SINGULAR * np.abs(matrices).max(axis=(1, 2)) + LEAST_VARIANCE
+    if (np.abs(matrices - matrices.transpose(0, 2, 1)).max(axis=(1, 2)) > slack).any():
+        return False
+    try:
+        np.linalg.cholesky(matrices + slack[:, None, None] * np.eye(matrices.shape[-1]))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _check_transitions(columns: Columns, sizes: Mapping[str, int]) -> None:

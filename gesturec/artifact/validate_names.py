@@ -11,12 +11,13 @@ from math import inf
 from typing import Final
 
 from gesturec.artifact.artifact import Array
-from gesturec.artifact.manifest import Manifest
+from gesturec.artifact.manifest import MOST, UPWARDS, WEIGHT_SUM_TOLERANCE, Manifest
 from gesturec.diagnostics.errors import ArtifactError
 
 Columns = Mapping[str, Array]
 
 PARTS: Final = ("limbs", "joints", "tokens", "machines")  # what each of several bodies has a run of
+MOST_WEIGHT: Final = 1e6  # of one point in a mean that sums to one; beyond, only rounding is left
 
 # entries of the report's lists, by list
 REPORT: Final = {
@@ -51,6 +52,7 @@ def check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int]) 
     for joint, name in enumerate(manifest.joints):
         labels = manifest.levels.get(name, ())
         require(len(labels) == columns["joint_level_count"][joint], f"the levels of `{name}` are not all named")
+    require(0 < manifest.scale < MOST, "the scale is not above zero")
     tokens = set(manifest.tokens)
     require(tokens.issuperset(manifest.token_colors), "a color is given to no token")
     for binding in manifest.bindings:
@@ -94,10 +96,25 @@ def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
         and isinstance(binding["name"], str)
         and isinstance(bound, dict)
         and tokens.issuperset(bound)
-        and all(isinstance(parts, dict) for parts in bound.values())
+        and all(_are_weights(parts) for parts in bound.values())
         and isinstance(binding["order"], list)
-        and (binding["up"] is None or isinstance(binding["up"], str))
+        and all(isinstance(each, str) for each in binding["order"])
+        and (binding["up"] is None or binding["up"] in UPWARDS)
     )
+
+
+def _are_weights(parts: object) -> bool:
+    """Weights of their points that make one of ours."""
+    return (
+        isinstance(parts, dict)
+        and all(_is_number(weight, -MOST_WEIGHT) and weight <= MOST_WEIGHT for weight in parts.values())
+        and abs(sum(parts.values()) - 1) <= WEIGHT_SUM_TOLERANCE
+    )
+
+
+def _is_number(value: object, least: float) -> bool:
+    """Whether JSON's value is a number of `least` or more; what stands for infinity, 1e999, is none."""
+    return type(value) in (int, float) and least <= value <= MOST  # type: ignore[operator]
 
 
 def _is_phase(phase: object, n_state: int) -> bool:
@@ -105,7 +122,7 @@ def _is_phase(phase: object, n_state: int) -> bool:
         isinstance(phase, dict)
         and set(phase) == {"name", "start", "end", "states", "parts"}
         and isinstance(phase["name"], str)
-        and all(isinstance(phase[end], int | float) for end in ("start", "end"))
+        and all(_is_number(phase[end], -MOST) for end in ("start", "end"))
         and _are_states(phase["states"], n_state)
         and isinstance(phase["parts"], list)
         and all(_is_phase(part, n_state) for part in phase["parts"])
@@ -117,8 +134,8 @@ def _is_dwell(dwell: Mapping[str, object], manifest: Manifest) -> bool:
         set(dwell) == {"machine", "name", "states", "shortest", "longest"}
         and dwell["machine"] in manifest.machines
         and isinstance(dwell["name"], str | None)
-        and isinstance(dwell["shortest"], int | float)
-        and isinstance(dwell["longest"], int | float | None)
+        and _is_number(dwell["shortest"], 0.0)
+        and (dwell["longest"] is None or _is_number(dwell["longest"], 0.0))
         and _are_states(dwell["states"], len(manifest.states[str(dwell["machine"])]))
     )
 

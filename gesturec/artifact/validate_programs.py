@@ -48,19 +48,23 @@ def check_programs(columns: Mapping[str, Array], sizes: Mapping[str, int], n_bod
         require(_within(named, limit), f"`{name}` names what is not there")
     limbs = unpack_limbs(columns["op_argument"][codes == CODES["clearance"]])
     require(all(_within(limb, sizes["n_limb"]) for limb in limbs), "`clearance` names no limb")
-    coupling = set(columns["joint_program"].tolist())
+    coupling, poses = set(columns["joint_program"].tolist()), set(columns["pose_program"].tolist())
     programs = Programs.of(columns)
     for program in range(len(columns["program_start"])):
-        _check_program(programs.operations(program), program in coupling)
+        operations = programs.operations(program)
+        leaves = {operation.name for operation in operations if not OPS[CODES[operation.name]].takes}
+        require(program not in coupling or leaves <= COUPLING_LEAVES, "a coupling follows more than joints")
+        steps = any(leaf.startswith("prev_") for leaf in leaves)
+        require(program not in poses or not steps, "a pose speaks of the time before")
+        _check_types(operations)
 
 
 def _within(named: Array, limit: int) -> bool:
     return not len(named) or bool(named.min() >= 0 and named.max() < limit)
 
 
-def _check_program(operations: list[Operation], is_coupling: bool) -> None:
-    leaves = {operation.name for operation in operations if not OPS[CODES[operation.name]].takes}
-    require(not is_coupling or leaves <= COUPLING_LEAVES, "a coupling follows more than joints")
+def _check_types(operations: list[Operation]) -> None:
+    """The operations leave one number or truth, and find on the stack what they take."""
     try:
         is_vector = leaves_vector(operations)
     except ValueError as error:

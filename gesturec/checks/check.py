@@ -82,13 +82,11 @@ def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> tup
     names.pose, names.gesture = poses.look_up, gestures.look_up
     names.poses = own_names(poses.written.values())
     names.gestures = own_names(gestures.written.values())
+    poses.resolve_inner()
     build_couplings(body, names, findings)
     build_constraints(body, names, environment, findings)
     build_rules(body, plans, names, environment)
-    for full in poses.written:
-        pose = poses.resolve(full)
-        if pose is not None:
-            body.poses[full] = pose
+    body.poses = {full: pose for full in poses.written if (pose := poses.resolve(full)) is not None}
     gestures.build()
     body.exclusive = exclusive_of(body, environment)
     body.bindings = build_bindings(body, settled, findings)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from gesturec.checks import values
 from gesturec.checks.body import BodyGesture, BodyLimb, ResolvedBody
 from gesturec.checks.environment import Environment
+from gesturec.checks.order import inner_first
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
@@ -43,13 +44,14 @@ class Gestures:
     names: Names
     written: dict[str, WrittenGesture]
     parsed: dict[str, tree.Pattern | None] = field(default_factory=dict)
+    wrong: set[str] = field(default_factory=set)
 
     def look_up(self, full: str) -> Symbol | None:
         """A gesture as a symbol; a hole where its pattern is wrong, None where there is none."""
         written = self.written.get(full)
         if written is None:
             return None
-        pattern = self.pattern(written)
+        pattern = None if full in self.wrong else self.pattern(written)
         return (
             Hole()
             if pattern is None
@@ -83,11 +85,16 @@ class Gestures:
             return None
 
     def build(self) -> None:
-        """Check every gesture."""
-        for full, written in self.written.items():
-            built = self.one(written)
-            if built is not None:
-                self.body.gestures[full] = built
+        """Check every gesture, those that others name before them."""
+        patterns = {full: written.block.pattern if written.block else None for full, written in self.written.items()}
+        built: dict[str, BodyGesture] = {}
+        for full in dict.fromkeys((*inner_first(patterns), *self.written)):
+            gesture = self.one(self.written[full])
+            if gesture is None:
+                self.wrong.add(full)
+            else:
+                built[full] = gesture
+        self.body.gestures = {full: built[full] for full in self.written if full in built}
 
     def one(self, written: WrittenGesture) -> BodyGesture | None:
         """Check one gesture."""

@@ -8,19 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import Final
 
 from gesturec.checks.body import BodyCell, BodyLimb, BodyPose, Expressed, ResolvedBody
 from gesturec.checks.configuration import WHEN, joint_wishes, limb_entries
 from gesturec.checks.environment import Environment
+from gesturec.checks.order import inner_first
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Mapping, Text
 from gesturec.language.expressions import tree
 from gesturec.language.expressions.check import check
+from gesturec.language.expressions.gestures import MOST_DEEP
 from gesturec.language.expressions.parse import ExpressionError, parse_expression
 from gesturec.language.expressions.scope import Hole, Pose, Symbol
 from gesturec.language.expressions.typed import TRUTH, Typed, uses
+from gesturec.language.findings import Findings
 from gesturec.language.schema.leaf import is_passed
+
+# Poses that are still open while one that they use is resolved; each takes some frames of the stack.
+MOST_OPEN: Final = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +50,7 @@ class Poses:
     written: dict[str, WrittenPose]
     open: list[str] = field(default_factory=list)
     done: dict[str, BodyPose | None] = field(default_factory=dict)
+    depth: dict[str, int] = field(default_factory=dict)
 
     def look_up(self, full: str) -> Symbol | None:
         """A pose as a symbol; a hole where it is wrong, None where there is none."""
@@ -50,6 +58,11 @@ class Poses:
             return None
         pose = self.resolve(full)
         return Hole() if pose is None else Pose(full, pose.in_motion)
+
+    def resolve_inner(self) -> None:
+        """Resolve poses after those whose names stand in them; the others are resolved when they are asked for."""
+        for full in inner_first({full: written.node for full, written in self.written.items()}):
+            self.resolve(full)
 
     def resolve(self, full: str) -> BodyPose | None:
         """A pose by its full name; None where a finding says what is wrong with it."""
@@ -63,15 +76,32 @@ class Poses:
             )
             self.done[full] = None
             return None
+        if len(self.open) > MOST_OPEN:
+            self.report_depth(written)
+            return None
         self.open.append(full)
         pose = self.build(written)
         self.open.remove(full)
         if full in self.done:  # found to be a circle meanwhile
             return self.done[full]
+        if pose is not None and self.too_deep(pose):
+            self.report_depth(written)
+            pose = None
         self.done[full] = pose
         return pose
 
-    def findings(self, written: WrittenPose):  # type: ignore[no-untyped-def]
+    def too_deep(self, pose: BodyPose) -> bool:
+        """Whether a pose is made of poses, and these of others, more often than may be."""
+        used = {name for part in pose.parts for name in uses(part.typed).poses}
+        self.depth[pose.full] = 1 + max((self.depth.get(name, 0) for name in used), default=-1)
+        return self.depth[pose.full] > MOST_DEEP
+
+    def report_depth(self, written: WrittenPose) -> None:
+        """Say that poses are made of poses too often."""
+        message = f"poses are made of poses more than {MOST_DEEP} deep"
+        self.findings(written).report_once("limit-exceeded", message, written.key.span)
+
+    def findings(self, written: WrittenPose) -> Findings:
         """The findings of a pose's place."""
         return written.environment.findings
 
@@ -91,7 +121,9 @@ class Poses:
             return None
         in_motion = any(uses(part.typed).motion for part in builder.parts)
         limb = written.limb.name if written.limb else None
-        parts, wanted = tuple(builder.parts), tuple(builder.wanted)
+        # Of a joint that is wanted twice the last counts; poses that repeat each other repeat their wishes.
+        wanted = tuple({(cell.limb, cell.joint): cell for cell in builder.wanted}.values())
+        parts = tuple(builder.parts)
         return BodyPose(written.full, str(written.key), limb, parts, wanted, in_motion, written.key.span)
 
 

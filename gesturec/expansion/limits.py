@@ -1,4 +1,4 @@
-"""How large expansion may get, and the findings that refuse what is larger.
+"""What expansion refuses: what is larger than its limits, and expressions without a value.
 
 Every count is known, as a Python integer, before anything of its size is allocated.
 """
@@ -63,3 +63,9 @@ def refuse_count(found: int, limit: int, what: str, option: str, span: Span, fac
             help=f"take fewer levels, constrain fewer joints at once, or raise `{option}`",
         )
     )
+
+
+def no_value(what: str, place: str, span: Span) -> Diagnostic:
+    """The finding for an expression that divides by zero, or the like; `place` begins with its preposition."""
+    message = f"{what} has no value {place}"
+    return Diagnostic("division-by-zero", message, span, help="guard it, as in `b != 0 and a / b > 2`")

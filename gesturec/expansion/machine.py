@@ -20,7 +20,7 @@ from gesturec.expansion.conflict import smallest_conflict
 from gesturec.expansion.depend import dependence
 from gesturec.expansion.environment import Body, environment, state_environment
 from gesturec.expansion.grid import Check, TooMany, removed, survivors
-from gesturec.expansion.limits import Limits, Refused, refuse_count
+from gesturec.expansion.limits import Limits, Refused, no_value, refuse_count
 from gesturec.expansion.states import Floats, MachineStates
 from gesturec.expansion.table import free_of, grid_states
 from gesturec.expansion.written import written_states
@@ -126,14 +126,7 @@ def refuse_undefined(
         return
     place = np.unravel_index(first, shape)
     labels = [_value_label(body, joint, np.broadcast_to(value, shape)[place]) for joint, value in values.items()]
-    raise Refused(
-        Diagnostic(
-            "division-by-zero",
-            f"`{constraint.name}` has no value where {', '.join(labels)}",
-            constraint.program.span,
-            help="guard it, as in `b != 0 and a / b > 2`",
-        )
-    )
+    raise Refused(no_value(f"`{constraint.name}`", f"where {', '.join(labels)}", constraint.program.span))
 
 
 def _value_label(body: Body, joint: int, value: float) -> str:
@@ -194,12 +187,5 @@ def truth_of(body: Body, states: MachineStates, constraint: LoweredConstraint) -
     result, undefined = evaluate_checked(operations, state_environment(body, states))
     first = first_undefined(undefined, (states.count,))
     if first is not None:
-        raise Refused(
-            Diagnostic(
-                "division-by-zero",
-                f"`{constraint.name}` has no value in state `{states.names[first]}`",
-                constraint.program.span,
-                help="guard it, as in `b != 0 and a / b > 2`",
-            )
-        )
+        raise Refused(no_value(f"`{constraint.name}`", f"in state `{states.names[first]}`", constraint.program.span))
     return np.broadcast_to(result, (states.count,))

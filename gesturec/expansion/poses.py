@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.programs import evaluate_checked, first_undefined
-from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.depend import conjuncts, dependence
 from gesturec.expansion.environment import Body, state_environment
-from gesturec.expansion.limits import Refused
+from gesturec.expansion.limits import Refused, no_value
 from gesturec.expansion.states import Floats
 from gesturec.lowering.lowered import LoweredPose, Operation
 
 UNKNOWN: Final = 2
+Mask = NDArray[np.bool_] | None  # None: nowhere
 
 
 class PoseTruth(NamedTuple):
@@ -34,6 +34,7 @@ class PoseTruth(NamedTuple):
 def expand_pose(body: Body, pose: LoweredPose) -> PoseTruth:
     """What a pose says of each machine's states."""
     rows = {machine: np.ones(states.count, np.uint8) for machine, states in body.states.items()}
+    missing = {machine: np.zeros(states.count, bool) for machine, states in body.states.items()}
     whole = True
     for part in conjuncts(pose.program.operations):
         depends = dependence(body.model, part)
@@ -41,8 +42,12 @@ def expand_pose(body: Body, pose: LoweredPose) -> PoseTruth:
         if depends.motion or len(machines) != 1:
             whole = whole and _is_true(body, part)
             continue
-        truth = _truth(body, pose, machines[0], part)
-        rows[machines[0]] = _both(rows[machines[0]], truth)
+        (machine,) = machines
+        truth, undefined = _truth(body, machine, part)
+        rows[machine] = _both(rows[machine], truth)
+        missing[machine] |= False if undefined is None else undefined
+    for machine, undefined in missing.items():
+        _refuse_undefined(body, pose, machine, undefined & (rows[machine] != 0))
     return PoseTruth(rows, whole)
 
 
@@ -51,21 +56,20 @@ def _is_true(body: Body, part: Sequence[Operation]) -> bool:
     return len(part) == 1 and part[0].name == "constant" and part[0].value == 1.0
 
 
-def _truth(body: Body, pose: LoweredPose, machine: int, part: Sequence[Operation]) -> NDArray[np.uint8]:
+def _truth(body: Body, machine: int, part: Sequence[Operation]) -> tuple[NDArray[np.uint8], Mask]:
+    """A part's truth in every state of a machine, and where it is undefined."""
     states = body.states[machine]
     value, undefined = evaluate_checked(body.sets.resolve(part), state_environment(body, states))
+    return _codes(np.broadcast_to(value, (states.count,))), undefined
+
+
+def _refuse_undefined(body: Body, pose: LoweredPose, machine: int, undefined: NDArray[np.bool_]) -> None:
+    """Refuse a pose without a value in a state where nothing else that it says is false."""
+    states = body.states[machine]
     first = first_undefined(undefined, (states.count,))
     if first is not None:
-        place = f"state `{states.names[first]}` of `{body.model.machines[machine].name}`"
-        raise Refused(
-            Diagnostic(
-                "division-by-zero",
-                f"pose `{pose.name}` has no value in {place}",
-                pose.program.span,
-                help="guard it, as in `b != 0 and a / b > 2`",
-            )
-        )
-    return _codes(np.broadcast_to(value, (states.count,)))
+        place = f"in state `{states.names[first]}` of `{body.model.machines[machine].name}`"
+        raise Refused(no_value(f"pose `{pose.name}`", place, pose.program.span))
 
 
 def _codes(value: Floats) -> NDArray[np.uint8]:

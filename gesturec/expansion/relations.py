@@ -18,7 +18,7 @@ from gesturec.artifact.programs import evaluate_checked, first_undefined
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.depend import dependence
 from gesturec.expansion.environment import Body, environment, rows_of
-from gesturec.expansion.limits import Limits, Refused, refuse_count
+from gesturec.expansion.limits import Limits, Refused, no_value, refuse_count
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredConstraint
 
@@ -103,12 +103,7 @@ def _undefined(body: Body, constraint: LoweredConstraint, machines: Sequence[int
     where = " and ".join(
         f"`{body.model.machines[m].name}` in `{name}`" for m, name in zip(machines, names, strict=True)
     )
-    return Diagnostic(
-        "division-by-zero",
-        f"`{constraint.name}` has no value with {where}",
-        constraint.program.span,
-        help="guard it, as in `b != 0 and a / b > 2`",
-    )
+    return no_value(f"`{constraint.name}`", f"with {where}", constraint.program.span)
 
 
 def forbidden(relation: Relation) -> NDArray[np.bool_]:

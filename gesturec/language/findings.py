@@ -40,6 +40,11 @@ class Findings:
         """`add`, from its parts."""
         self.add(Diagnostic(rule, message, span, label, help, related))
 
+    def report_once(self, rule: str, message: str, span: Span | None, help: str | None = None) -> None:
+        """`report`, unless the same was said of another place: a limit that everything beyond it runs into."""
+        if not any(finding.rule == rule and finding.message == message for finding in self.found.values()):
+            self.report(rule, message, span, "", help)
+
     def sorted(self) -> tuple[Diagnostic, ...]:
         """Every finding, by file, place and rule."""
         return tuple(sorted(self.found.values(), key=sort_key))

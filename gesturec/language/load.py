@@ -8,6 +8,7 @@ counts once, and a circle is an error with the chain of files.
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -91,7 +92,7 @@ class Loader:
         version = root.get(Text("gesturec", root.span))
         if not isinstance(version, Text) or version == LANGUAGE_VERSION:
             return True
-        newer = version.isdigit() and int(version) > int(LANGUAGE_VERSION)
+        newer = re.fullmatch("[1-9][0-9]{0,8}", version) is not None and int(version) > int(LANGUAGE_VERSION)
         rule, what = ("newer-version", "newer than") if newer else ("bad-choice", "not")
         message = f"the file is of language version {kind_of(version)}, which is {what} {LANGUAGE_VERSION}"
         self.findings.report(

@@ -27,6 +27,7 @@ from gesturec.checks.joints import SAME
 from gesturec.language.expressions.typed import Typed, split, uses, walk
 from gesturec.language.model import Model
 from gesturec.lowering.frames import scaled_operations
+from gesturec.lowering.guards import guarded_parts
 from gesturec.lowering.joints import (
     Numbers,
     all_tokens,
@@ -89,6 +90,7 @@ class Lowering:
     def __init__(self, body: ResolvedBody, limbs: list[BodyLimb], numbers: Numbers) -> None:
         self.body, self.limbs, self.numbers = body, limbs, numbers
         self.joints = [joint for limb in limbs for joint in limb.joints]
+        self.pose_machines: dict[str, tuple[int, ...]] = {}  # of poses lowered so far
         self.slides = frozenset(numbers.joints[joint.full] for joint in self.joints if joint.type == "slide")
 
     def model(self) -> LoweredModel:
@@ -142,7 +144,7 @@ class Lowering:
             found |= {machine for name in used.tokens for machine in self.token_machines(name, item)}
             found |= {machine for name in used.limbs for machine in self.limb_machines(name)}
             for name in used.poses:
-                found |= set(self.machines_of(part.typed for part in self.body.poses[name].parts))
+                found |= set(self.pose_machines[name])
         return tuple(sorted(found))
 
     def joint_machine(self, full: str) -> tuple[int, ...]:
@@ -257,7 +259,8 @@ class Lowering:
     def constraint(self, constraint: BodyConstraint) -> Iterable[LoweredConstraint]:
         """A constraint; an `and` or `all(…)` at the top of a `require` in its parts."""
         typed = constraint.expressed.typed
-        for part in split(typed) if constraint.kind == "require" else (typed,):
+        parts = guarded_parts(split(typed), self.machines_of) if constraint.kind == "require" else (typed,)
+        for part in parts:
             expressed = replace(constraint.expressed, typed=part, span=part.span)
             program = self.program(expressed)
             yield LoweredConstraint(
@@ -314,12 +317,13 @@ class Lowering:
                 self.pose(used, lowered)
         operations = joined([self.operations(part.typed, part.limb) for part in pose.parts])
         self.numbers.poses[full] = operations
+        machines = self.pose_machines[full] = self.machines_of(part.typed for part in pose.parts)
         program = Program(scaled_operations(operations, self.body.scale, self.slides), pose.span)
         lowered[full] = LoweredPose(
             name=full,
             limb=None if pose.limb is None else self.numbers.limbs[pose.limb],
             program=program,
-            machines=self.machines_of(part.typed for part in pose.parts),
+            machines=machines,
             needs_pose=pose.in_motion,
             wanted=self.wanted(pose),
             span=pose.span,

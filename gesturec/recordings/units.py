@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from gesturec.artifact.manifest import UPWARDS
+
 METRES: Final = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 
 SPELLINGS: Final = {
@@ -23,9 +25,6 @@ SPELLINGS: Final = {
     "inches": "in",
 }
 
-AXES: Final = ("x", "y", "z", "-x", "-y", "-z")
-"""What a recording may call the world's upward direction."""
-
 
 def metres_per(unit: str) -> float | None:
     """How many metres one `unit` is; None where it names no length.
@@ -44,4 +43,4 @@ def axis_or_none(text: str) -> str | None:
     ('z', None)
     """
     word = text.strip().lower().removeprefix("+")
-    return word if word in AXES else None
+    return word if word in UPWARDS else None

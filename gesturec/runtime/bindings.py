@@ -17,11 +17,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.artifact.manifest import UPWARDS, WEIGHT_SUM_TOLERANCE
+
 Array = NDArray[np.float64]
 Weights = dict[str, float]
 OWN_NAMES: Final = "own names"
-AXES: Final = ("x", "y", "z", "-x", "-y", "-z")
-WEIGHT_SUM_TOLERANCE: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,8 @@ def parse_binding(name: str, given: Mapping[str, Any], tokens: Sequence[str]) ->
     if unknown:
         raise ValueError(f"binding `{name}` names tokens that the model does not have: {_some(unknown)}")
     up = given.get("up") if whole else None
-    if up is not None and up not in AXES:
-        raise ValueError(f"binding `{name}`: `up` is `{up}`, which is none of {', '.join(AXES)}")
+    if up is not None and up not in UPWARDS:
+        raise ValueError(f"binding `{name}`: `up` is `{up}`, which is none of {', '.join(UPWARDS)}")
     order = tuple(str(n) for n in (given.get("order") or ())) if whole else ()
     return Binding(name, {str(k): _weights(name, str(k), v) for k, v in entries.items()}, order, up)
 

@@ -240,7 +240,7 @@ def _state_row(machine: MachineScore) -> tuple[str, ...]:
         percent(machine.within_one),
         percent(machine.decided),
         percent(machine.exact_of_decided),
-        f"{_number(machine.edits.mean)} of {machine.edits.truth_runs}",
+        f"{'-' if machine.edits.total is None else machine.edits.total} of {machine.edits.truth_runs}",
         f"{_number(delays.median)} ({delays.found}/{delays.transitions})",
         _number(machine.kappa.value, ".3f"),
     )
@@ -280,6 +280,15 @@ def _event_lines(report: ScoreReport) -> list[str]:
 def _foot(report: ScoreReport) -> list[str]:
     lines = ["", "in brackets: the wider of two 95 % intervals, Wilson's and a bootstrap over runs of the truth "]
     lines[-1] += f"(seed {report.seed}, {report.resamples} draws)"
+    if report.overall is not None:
+        lines.append(
+            "edits: insertions, deletions and changes that make the truth's runs of the output's, in all takes"
+        )
+    if len(report.machines) > 1:
+        lines.append(
+            "all: frames and runs of all machines together, but its kappa is of the whole body's state, which "
+            "agrees only where every machine does"
+        )
     if report.levels_from:
         lines.append(f"levels: {report.levels_from}")
     return lines + [f"note: {note}" for note in report.notes]

@@ -118,6 +118,9 @@ def _common_machines(takes: Sequence[Matched], options: ScoreOptions, notes: lis
     tables = [table for take in takes for table in (take.out, take.truth)]
     common = [name for name in first.machines if all(name in table.machines for table in tables)]
     others = sorted({name for table in tables for name in table.machines} - set(common))
+    if others and not common:
+        sides = [f"{table.path} has {some_names(table.machines)}" for table in (takes[0].out, first)]
+        raise InputError(f"no machine is in all files: {sides[0]}, {sides[1]}", first.path)
     if others:
         notes.append(f"machines that not every file has are not compared: {', '.join(others)}")
     for name in options.machines:
@@ -126,6 +129,15 @@ def _common_machines(takes: Sequence[Matched], options: ScoreOptions, notes: lis
                 f"machine `{name}` is not in all files; these are: {', '.join(common) or 'none'}", first.path, 1
             )
     return tuple(name for name in common if not options.machines or name in options.machines)
+
+
+def some_names(names: Sequence[str], most: int = 6) -> str:
+    """A few names as text.
+
+    >>> some_names(()), some_names(("a", "b")), some_names(("a", "b", "c"), most=2)
+    ('none', 'a, b', 'a, b, ...')
+    """
+    return ", ".join((*names[:most], *(("...",) if len(names) > most else ()))) or "none"
 
 
 def _levels(

@@ -25,6 +25,7 @@ REFUSED: Final = "time-refused"  # status of a frame whose time did not rise
 QUATERNION: Final = ("pose.qx", "pose.qy", "pose.qz", "pose.qw")
 POSITION: Final = ("pose.x", "pose.y", "pose.z")
 OTHER: Final = ("frame", "time", "scale", "status", *POSITION, *QUATERNION)
+POINTS: Final = (".x", ".y", ".z", ".u", ".v")  # how the columns of a recording end
 SIDES: Final = {"l": "left", "r": "right", "left": "left", "right": "right"}
 MAX_BYTES: Final = 1 << 30  # a day at 100 Hz is a tenth of this; beyond, the wrong file was named
 
@@ -92,7 +93,8 @@ def read_rows(path: Path) -> Rows:
     number: list[int] = []
     for row, cells in _numbered_cells(path):
         if header is None:
-            header = _checked_header(path, cells)
+            if not cells[0].startswith("#"):  # a recording's unit; ours begin with their header
+                header = _checked_header(path, cells)
             continue
         if len(cells) != len(header):
             raise InputError(f"{len(cells)} cells where the header has {len(header)}", path, row)
@@ -130,6 +132,13 @@ def _checked_header(path: Path, cells: Sequence[str]) -> tuple[str, ...]:
     for name in header:
         if header.count(name) > 1:
             raise InputError(f"the header names `{name}` twice", path, 1)
+    points = [name for name in header if name not in ("frame", "time")]
+    if points and all(name.endswith(POINTS) for name in points):
+        raise InputError(
+            "is a recording of points: what is compared are states (NAME.states.csv of `gesturec decode`, "
+            "NAME.truth.csv of `gesturec simulate`) or events",
+            path,
+        )
     return header
 
 

@@ -19,12 +19,14 @@ from hypothesis import strategies as st
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import COLUMNS
-from gesturec.artifact.kinematics import chain_of, complete_angles
+from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.artifact.manifest import canonical_json
 from gesturec.artifact.programs import CODES, OPS
 from gesturec.artifact.store import load, read_artifact, save, write_artifact
+from gesturec.artifact.validate import validate
 from gesturec.diagnostics.errors import ArtifactError
 from gesturec.expansion.expand import expand_model
+from gesturec.runtime.session import Session
 from tests.expansion.bodies import paper_hand
 
 ROOT = Path(__file__).parents[2]
@@ -39,6 +41,9 @@ def compiled() -> Artifact:
 
 HAND = compiled()
 FILE = write_artifact(HAND)
+REST = token_positions(chain_of(HAND.columns), np.zeros(len(HAND.manifest.joints)))
+MEAN = dict(zip(HAND.manifest.tokens, REST, strict=True))
+TOKEN = HAND.manifest.tokens[0]
 HEADER = int.from_bytes(FILE[:8], "little")
 
 
@@ -186,6 +191,9 @@ def test_any_value_in_a_column_is_refused_or_harmless(column: Any, place: int, v
         return
     for tables in again.machines():
         assert tables.transition_target.max() < len(tables.angle)
+    session = Session(again)
+    for frame in range(2):
+        session.step(MEAN, frame / 25)
 
 
 @pytest.mark.parametrize("name", [op.name for op in OPS])
@@ -221,6 +229,16 @@ HUGE = 1 << 39
         with_manifest(joints=[]),
         with_manifest(states={}),
         with_manifest(bindings=[{"name": "x"}]),
+        with_manifest(name="\ud800"),
+        with_manifest(parameters={"\udfff": 1}),
+        with_manifest(scale=10**400),
+        with_manifest(scale=0.0),
+        with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: []}, "order": [], "up": None}]),
+        with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {}}, "order": [], "up": None}]),
+        with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {"a": 0.5}}, "order": [], "up": None}]),
+        with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {"a": 1e308, "b": -1e308}}, "order": [], "up": None}]),
+        with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {"a": 1}}, "order": [1], "up": None}]),
+        with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {"a": 1}}, "order": [], "up": ""}]),
     ],
     ids=[
         "empty",
@@ -235,6 +253,16 @@ HUGE = 1 << 39
         "names",
         "states",
         "binding",
+        "half a surrogate pair",
+        "half a pair as a key",
+        "scale beyond floats",
+        "scale of zero",
+        "weights as a list",
+        "no weights",
+        "weights of a half",
+        "weights that cancel",
+        "order of numbers",
+        "up that is none",
     ],
 )
 def test_hostile_files_are_refused_without_a_large_allocation(file: bytes) -> None:
@@ -289,6 +317,18 @@ def _set(index: int, value: float) -> Callable[[np.ndarray], None]:
         ("fine_level", _set(0, 9)),
         ("level_value", _set(1, -1.0)),
         ("token_segment", _set(0, -1)),
+        ("machine_tick", _set(0, 0.0)),
+        ("machine_tick", _set(0, -1.0)),
+        ("machine_tick", _set(0, 5e-324)),
+        ("joint_max_speed", _set(0, -1.0)),
+        ("token_noise", _set(0, 1e10)),
+        ("token_noise", _set(0, -1e308)),
+        ("token_noise", _set(0, np.inf)),
+        ("state_mean", _set(0, 1e308)),
+        ("state_covariance", _set(0, -1.0)),
+        ("state_covariance", _set(1, 1.0)),
+        ("state_cost", _set(0, 1e300)),
+        ("joint_at", _set(0, 1e7)),
     ],
 )
 def test_tables_that_contradict_themselves_are_refused(column: str, change: Callable[[np.ndarray], None]) -> None:
@@ -302,3 +342,16 @@ def test_a_missing_file_or_folder_is_an_artifact_error(tmp_path: Path) -> None:
             load(path)
     with pytest.raises(ArtifactError):
         save(HAND, tmp_path / "no" / "folder.gcm")
+
+
+def test_a_pose_that_speaks_of_the_time_before_is_refused(hand: Artifact) -> None:
+    """A pose holds at one time; nothing knows what `prev_` would be."""
+    start = int(hand.columns["program_start"][hand.columns["pose_program"].max()])
+    codes = hand.columns["op_code"].copy()
+    for name in ("token", "prev_token"):
+        codes[start] = CODES[name]  # another vector in the place of an axis of the palm's
+        columns = {**hand.columns, "op_code": codes}
+        if name == "token":
+            validate(hand.manifest, columns)
+    with pytest.raises(ArtifactError, match="time before"):
+        validate(hand.manifest, columns)

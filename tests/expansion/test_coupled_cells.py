@@ -53,7 +53,10 @@ def test_a_coupled_cell_is_all_that_its_drivers_cells_give(
     assert cell(tables(rule), state) == pytest.approx(expected, abs=CLOSE)
 
 
-@pytest.mark.parametrize("rule", ["p - q", "abs(p - 30)", "p * q / 60 deg", "30 * sin(4 * p)", "q", "2/3 * p - q / 2"])
+RULES = ["p - q", "abs(p - 30)", "p * q / 60 deg", "30 deg * sin(4 * p)", "q", "2/3 * p - q / 2"]
+
+
+@pytest.mark.parametrize("rule", RULES)
 def test_every_value_lies_in_its_cell(rule: str) -> None:
     machine = tables(rule)
     assert (machine.low <= machine.angle + CLOSE).all()

@@ -170,6 +170,34 @@ def test_a_model_knows_levels_that_never_occur(tmp_path: Path) -> None:
     assert "model `m`" in report.levels_from
 
 
+def test_files_without_a_machine_in_common_are_an_error(tmp_path: Path) -> None:
+    out, truth = write(tmp_path / "o.states.csv", OUT), write(tmp_path / "t.truth.csv", TRUTH)
+    truth.write_text(truth.read_text().replace("index", "wing"))
+    with pytest.raises(InputError, match=r"no machine is in all files: .*o\.states\.csv has index, .* has wing"):
+        score(out, truth)
+
+
+def test_a_recording_in_place_of_states_is_called_one(tmp_path: Path) -> None:
+    take = tmp_path / "take.csv"
+    take.write_text("# units: m\ntime,tip.x,tip.y,tip.z\n0,0,0,0\n")
+    with pytest.raises(InputError, match="is a recording of points"):
+        score(write(tmp_path / "o.states.csv", OUT), take)
+
+
+def test_the_row_of_all_machines_counts_as_theirs_do_and_says_what_its_kappa_is(tmp_path: Path) -> None:
+    paths = write(tmp_path / "o.states.csv", OUT), write(tmp_path / "t.truth.csv", TRUTH)
+    assert "kappa is of the whole body" not in score(*paths).text()
+    for path, states in zip(paths, (OUT, TRUTH), strict=True):
+        head, *lines = path.read_text().splitlines()
+        rows = [line.split(",") for line in lines]
+        wide = [",".join([*row[:3], state, *row[3:]]) for row, state in zip(rows, states, strict=True)]
+        path.write_text("\n".join([head.replace(",index,", ",index,ring,"), *wide]) + "\n")
+    text = score(*paths).text()
+    assert [line.split()[0] for line in text.splitlines() if "3 of 4" in line] == ["index", "ring"]
+    assert [line.split()[0] for line in text.splitlines() if "6 of 8" in line] == ["all"]
+    assert "kappa is of the whole body's state" in text
+
+
 def test_events_alone_and_beside_states(tmp_path: Path) -> None:
     write(tmp_path / "o.states.csv", OUT)
     (tmp_path / "o.events.csv").write_text(

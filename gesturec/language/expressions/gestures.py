@@ -37,6 +37,8 @@ Shape = dict[str, Any]
 
 # A pattern is written out through the gestures that it names; one that grows beyond this is refused.
 MOST_STEPS: Final = 2_000
+# Gestures made of gestures, and poses of poses; each level goes deeper into the stack.
+MOST_DEEP: Final = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +136,10 @@ class Patterns:
             )
         if symbol.pattern is None:
             return None
-        if len(self.open) > 50:
-            return self.findings.report("limit-exceeded", "gestures are made of gestures more than 50 deep", node.span)
+        if len(self.open) > MOST_DEEP:
+            self.steps = MOST_STEPS + 1  # nothing more is looked at: there may be two ways on at every step
+            message = f"gestures are made of gestures more than {MOST_DEEP} deep"
+            return self.findings.report_once("limit-exceeded", message, node.span)
         self.open.append(symbol.full)
         self.limbs.append(symbol.limb)
         part = self.check(symbol.pattern, symbol.scope)
@@ -155,7 +159,7 @@ class Patterns:
         self.steps += 1
         if self.steps == MOST_STEPS + 1 and typed is not None:
             message = f"the pattern, with the gestures that it names, has more than {MOST_STEPS:,} steps"
-            self.findings.report("limit-exceeded", message, typed.span)
+            self.findings.report_once("limit-exceeded", message, typed.span)
         if typed is None or self.steps > MOST_STEPS:
             return None
         return Part(typed.span, self.seen(typed))
