@@ -124,7 +124,8 @@ def summary_text(outcome: Outcome) -> str:
     from gesturec.cli.info_command import table
 
     summary = outcome.summary
-    size = "unknown" if summary["scale"] is None else f"{summary['scale']:.4g}"
+    sizes = summary.get("scales", {"": summary["scale"]})
+    size = ", ".join(f"{name} {_size(value)}".strip() for name, value in sizes.items())
     head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, scale {size}"
     rows: list[tuple[str, ...]] = [("  machine", "decided", "deferred", "misfit", "lost")]
     for name, shares in summary["machines"].items():
@@ -140,6 +141,10 @@ def summary_text(outcome: Outcome) -> str:
             f"  -> {', '.join(outcome.files)}",
         ]
     )
+
+
+def _size(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.4g}"
 
 
 def warnings_of(outcome: Outcome) -> list[str]:
