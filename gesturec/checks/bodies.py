@@ -246,22 +246,38 @@ class SpanBuilder(PoseBuilder):
             self.parts.append(Expressed(found, scope, None, span))
 
     def bodies(self, node: Mapping, scope: SpanScope) -> None:
-        """The parts of a map from bodies."""
+        """The parts of a map: of a body, of its limbs by `body.limb`, and of groups of limbs."""
+        limbs: dict[str, Mapping] = {}
         for key, value in node.items():
-            part = self.poses.body.parts.get(str(key))
             if key == "when" or key.startswith("x-"):
                 continue
-            if part is None:
-                help = did_you_mean(key, (*self.poses.body.parts, "when"))
-                message = f"the pose names no body: `{key}`"
-                scope.environment.findings.report("unknown-limb", message, key.span, "no body", help)
+            if not isinstance(value, Mapping | Text):
+                wrong_kind(value, "a map or an expression", scope.environment.findings)
                 self.is_wrong = True
-            elif not isinstance(value, Mapping | Text):
-                wrong_kind(value, "a map of limbs or an expression", scope.environment.findings)
-                self.is_wrong = True
+            elif key in self.poses.body.parts:
+                self.one_body(value, self.poses.body.parts[str(key)], scope)
             else:
-                self.one_body(value, part, scope)
+                self.is_wrong |= not self.gather(key, value, limbs, node, scope)
+        for name, entries in limbs.items():
+            self.one_body(entries, self.poses.body.parts[name], scope)
         self.when(node, scope)
+
+    def gather(
+        self, key: Text, value: Mapping | Text, limbs: dict[str, Mapping], node: Mapping, scope: SpanScope
+    ) -> bool:
+        """Keep what a map says of limbs under their bodies; a limb's own entry replaces its group's."""
+        is_group = key in self.poses.body.groups
+        for name in self.poses.body.groups[str(key)] if is_group else (str(key),):
+            found = known_part(name, self.poses.body)
+            if found is None or found[1] not in (*found[0].body.limbs, *found[0].body.groups):
+                known = (*self.poses.body.parts, *self.poses.body.groups, *limbs_of_parts(self.poses.body), "when")
+                message = f"the pose names no body, limb or group: `{name}`"
+                scope.environment.findings.report("unknown-limb", message, key.span, "", did_you_mean(key, known))
+                return False
+            if not (is_group and node.key(name) is not None):
+                entries = limbs.setdefault(found[0].name, Mapping(node.span))
+                entries[Text(found[1], key.span)] = value
+        return True
 
     def one_body(self, node: Mapping | Text, part: BodyPart, scope: SpanScope) -> None:
         """What a map says of one body, in that body's own names and axes."""
@@ -293,6 +309,11 @@ class SpanGestures(Gestures):
         truths = [spanning(typed, self.body, True, findings) for typed in built.checked.truths]
         known = tuple(truth for truth in truths if truth is not None)
         return replace(built, checked=replace(built.checked, truths=known)) if len(known) == len(truths) else None
+
+
+def limbs_of_parts(body: ResolvedBody) -> tuple[str, ...]:
+    """Every limb by its name in the whole."""
+    return tuple(f"{part.name}.{limb}" for part in body.parts.values() for limb in part.body.limbs)
 
 
 def joined_bindings(body: ResolvedBody) -> tuple[BodyBinding, ...]:

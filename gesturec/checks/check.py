@@ -62,7 +62,8 @@ def resolve_model(
     if model.main.block.has("bodies"):
         from gesturec.checks.bodies import build_bodies
 
-        build_bodies(body, settled, settings, findings)
+        if not model.main.block.has("root"):  # which is reported: what is in the file is then of neither kind
+            build_bodies(body, settled, settings, findings)
     else:
         build_parts(body, settled, findings)
     return body, findings

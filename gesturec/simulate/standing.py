@@ -1,4 +1,7 @@
-"""Where the bodies of a simulated take stand: one, where its model has it; several, side by side along the world's x.
+"""Where the bodies of a simulated take stand: one, where its model has it; several, side by side in a row.
+
+The row is along the axis in which the bodies are second longest: people and hands then stand beside one another and
+not head to foot.
 
 In: token positions in the bodies' own frames and how far apart they are to be. Out: the places of their frames.
 """
@@ -34,16 +37,17 @@ def stand_apart(artifact: Artifact, positions: Array, apart: float | None) -> Ar
         if apart is not None:
             raise InputError("the model is one body, which stands apart from none", "--apart")
         return np.zeros((1, 3))
-    step = ROOM * max(map(_length, (positions[:, run] for run in runs))) if apart is None else apart
+    sides = np.max([_sides(positions[:, run]) for run in runs], axis=0)
+    step = ROOM * float(sides.max()) if apart is None else apart
     places = np.zeros((len(runs), 3))
-    places[:, 0] = step * (np.arange(len(runs)) - (len(runs) - 1) / 2)
+    places[:, np.argsort(-sides, kind="stable")[1]] = step * (np.arange(len(runs)) - (len(runs) - 1) / 2)
     return places
 
 
-def _length(positions: Array) -> float:
-    """The longest side of the box that points (n_frame, n_token, 3) stay in, m."""
+def _sides(positions: Array) -> Array:
+    """The sides of the box that points (n_frame, n_token, 3) stay in, (3,) m."""
     points = positions.reshape(-1, 3)
-    return float(np.ptp(points, axis=0).max()) if len(points) else 0.0
+    return np.ptp(points, axis=0) if len(points) else np.zeros(3)
 
 
 def of_tokens(artifact: Artifact, places: Array) -> Array:
