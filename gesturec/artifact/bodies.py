@@ -80,7 +80,8 @@ def _kept(artifact: Artifact, body: Mapping[str, Any]) -> Kept:
     kept["n_state"] = _blocks(columns, "machine_state", machines)
     n_joint, n_token = columns["machine_joint_count"], columns["machine_token_count"]
     sizes = columns["machine_state_count"] * np.stack([n_joint, 3 * n_token, 9 * n_token.astype(np.int64) ** 2])
-    for size, what, count in zip(("angle", "token", "covariance"), ("angle", "position", "covariance"), sizes, strict=True):
+    blocks = (("angle", "angle"), ("token", "position"), ("covariance", "covariance"))
+    for (size, what), count in zip(blocks, sizes, strict=True):
         kept[f"n_state_{size}"] = _ranges(columns[f"machine_{what}_start"][machines], count[machines])
     first, last = (int(kept["n_state"][0]), int(kept["n_state"][-1]) + 1) if len(kept["n_state"]) else (0, 0)
     kept["n_state_row"] = np.arange(first, last + 1)
@@ -165,7 +166,7 @@ def _argument(name: str, argument: int, kept: Kept) -> int:
 def _manifest(manifest: Manifest, body: Mapping[str, Any], kept: Kept) -> Manifest:
     """What the manifest says of the body."""
     name = body["name"]
-    machines, joints, tokens = (getattr(manifest, what)[run_of(body, what)] for what in ("machines", "joints", "tokens"))
+    machines, tokens = manifest.machines[run_of(body, "machines")], manifest.tokens[run_of(body, "tokens")]
 
     def own(mapping: Mapping[str, Any]) -> dict[str, Any]:
         return {key: value for key, value in mapping.items() if key.startswith(f"{name}.")}
@@ -176,7 +177,7 @@ def _manifest(manifest: Manifest, body: Mapping[str, Any], kept: Kept) -> Manife
         root=body["root"],
         scale=float(body["scale"]),
         exclusive=tuple(body["exclusive"]),
-        joints=joints,
+        joints=manifest.joints[run_of(body, "joints")],
         tokens=tokens,
         machines=machines,
         limbs=manifest.limbs[run_of(body, "limbs")],

@@ -96,8 +96,10 @@ OF_BODY: Final = {"root_axis": 3, "body_rate": 2, "world_rate": 2, "still": 1}
 CODES: Final = {op.name: code for code, op in enumerate(OPS)}
 TAKES: Final = {op.name: op.takes for op in OPS}
 VECTORS: Final = frozenset(
-    ("token", "local_token", "prev_token", "prev_local_token", "root_axis", "world_axis", "body_rate", "world_rate")
-    + ("world_token",)
+    (
+        *("token", "local_token", "prev_token", "prev_local_token", "world_token"),
+        *("root_axis", "world_axis", "body_rate", "world_rate"),
+    )
 )
 
 

@@ -146,21 +146,24 @@ def spanning(typed: Typed | None, body: ResolvedBody, motion: bool, findings: Fi
     if typed is None:
         return None
     for node in own_nodes(typed):
-        if node.op in OF_ONE_BODY:
-            message = f"`{node.span.text}` is about one body, and here there are {len(body.parts)}"
-            help = "say it in a pose of the body's own model, and name that pose here"
-            return refuse(findings, message, node, help)
-        if node.op == "clearance" and len({limb.partition(".")[0] for limb in limbs_of(node)}) > 1:
-            return refuse(findings, "`clearance` is between limbs of one body", node, "use `distance` of tokens")
-        if not motion and node.op in ("token", "prev_token"):
-            message = f"where `{node.span.text}` is in the world is known only while recording"
-            return refuse(findings, message, node, "a constraint of one body stands in its own model")
+        wrong = what_is_wrong(node, body, motion)
+        if wrong is not None:
+            findings.report("misplaced-name", wrong[0], node.span, "", wrong[1])
+            return None
     return in_world(typed, body)
 
 
-def refuse(findings: Findings, message: str, node: Typed, help: str) -> None:
-    """Report what cannot be said here."""
-    findings.report("misplaced-name", message, node.span, "", help)
+def what_is_wrong(node: Typed, body: ResolvedBody, motion: bool) -> tuple[str, str] | None:
+    """Why something cannot be said of several bodies, and what to do."""
+    if node.op in OF_ONE_BODY:
+        message = f"`{node.span.text}` is about one body, and here there are {len(body.parts)}"
+        return message, "say it in a pose of the body's own model, and name that pose here"
+    if node.op == "clearance" and len({limb.partition(".")[0] for limb in limbs_of(node)}) > 1:
+        return "`clearance` is between limbs of one body", "use `distance` of tokens"
+    if not motion and node.op in ("token", "prev_token"):
+        message = f"where `{node.span.text}` is in the world is known only while recording"
+        return message, "a constraint of one body stands in its own model"
+    return None
 
 
 def own_nodes(typed: Typed) -> list[Typed]:
@@ -179,4 +182,3 @@ def known_part(name: str, body: ResolvedBody) -> tuple[BodyPart, str] | None:
     first, _, rest = name.partition(".")
     part = body.parts.get(first)
     return None if part is None or not rest else (part, rest)
-

@@ -20,7 +20,7 @@ def nodes_in_world(nodes: Floats, node_body: NDArray[np.int32], places: BodyPlac
     """Nodes (frame, node, 3) of the model's size, in their bodies' frames, as they are in the world."""
     shown = np.full(nodes.shape, np.nan)
     for body in range(places.scale.shape[1]):
-        known = np.isfinite(places.translation[:, body]).all(axis=1)
+        known = located(places)[:, body]
         if not known.any():
             continue
         at = nearest_known(known)[frames]
@@ -46,7 +46,7 @@ def no_pose(places: BodyPlaces, frames: Ints) -> Floats:
 
 def located(places: BodyPlaces) -> NDArray[np.bool_]:
     """Whether each body's place is known, (frame, body)."""
-    return np.asarray(np.isfinite(places.translation).all(axis=-1))
+    return np.asarray(np.isfinite(places.translation).all(axis=-1), bool)
 
 
 def pack_located(places: BodyPlaces | None, frames: Ints) -> Packed | None:
@@ -56,7 +56,7 @@ def pack_located(places: BodyPlaces | None, frames: Ints) -> Packed | None:
 
 def filled(nodes: Floats) -> Floats:
     """Nodes (frame, node, 3) with those that are nowhere in the middle of the others, for the camera alone."""
-    somewhere = np.isfinite(nodes).all(axis=-1)
+    somewhere = np.asarray(np.isfinite(nodes).all(axis=-1), bool)
     if not somewhere.any():
         return np.zeros_like(nodes)
     count = np.maximum(somewhere.sum(axis=1), 1)[:, None, None]
