@@ -49,7 +49,7 @@ def refuse_keys(model: Model, findings: Findings) -> None:
     if block.has("transitions"):
         message = "`transitions` of several bodies together are not built yet"
         findings.report("not-built", message, block.key("transitions"), "", "each body's own model may have them")
-    if not model.bodies and not block.is_hole("bodies"):
+    if not model.bodies and not block.is_hole("bodies") and not findings.errors():
         findings.report("empty-group", "`bodies` has no body", block.key("bodies"), "nothing in it")
 
 
