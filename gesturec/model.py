@@ -10,17 +10,20 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.store import load as load_artifact
 from gesturec.artifact.store import save as save_artifact
 from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.errors import ArtifactError
 
 if TYPE_CHECKING:
     from gesturec.recordings.recording import Recording
     from gesturec.runtime.session import Session
     from gesturec.runtime.step import Decoding
+
+SOURCES: Final = (".yaml", ".yml")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,7 +97,7 @@ def load(path: str | os.PathLike[str]) -> Model:
     Raises
     ------
     ArtifactError
-        The file cannot be read or trusted.
+        The file cannot be read or trusted, or is none that was compiled.
     """
     from gesturec.shipped import shipped_models
 
@@ -102,7 +105,22 @@ def load(path: str | os.PathLike[str]) -> Model:
         from gesturec.compile import compile_model
 
         return compile_model(shipped_models()[path])
+    _raise_unless_compiled(Path(path))
     return Model(load_artifact(Path(path)))
+
+
+def _raise_unless_compiled(path: Path) -> None:
+    """Say what else a name is that `load` was given: a model's source, or nothing at all."""
+    if path.suffix.lower() in SOURCES and path.is_file():
+        raise ArtifactError(f"`{path}` is a model's source in YAML: `gesturec.compile_model` takes it")
+    if path.exists():
+        return
+    from gesturec.diagnostics.suggest import nearest
+    from gesturec.shipped import shipped_models
+
+    near = nearest(str(path), shipped_models())
+    hint = f"; did you mean `{near}`?" if near else ""
+    raise ArtifactError(f"`{path}` is no file, nor a shipped model ({', '.join(shipped_models())}){hint}")
 
 
 def decode(model: Model | Artifact, recording: Recording, **options: Any) -> Decoding:

@@ -37,6 +37,32 @@ def test_a_shipped_model_is_loaded_by_its_name() -> None:
     assert gesturec.load("hand").tokens == gesturec.compile_model(HAND).tokens
 
 
+def test_what_load_cannot_take_is_called_what_it_is(tmp_path: Path) -> None:
+    source = tmp_path / "lamp.yaml"
+    source.write_text(BAD)
+    with pytest.raises(gesturec.ArtifactError, match=r"lamp\.yaml` is a model's source.*compile_model"):
+        gesturec.load(source)
+    with pytest.raises(gesturec.ArtifactError, match=r"nohand` is no file, nor a shipped model \(gait, hand\)"):
+        gesturec.load("nohand")
+    with pytest.raises(gesturec.ArtifactError, match="did you mean `hand`"):
+        gesturec.load("hnad")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rat": 25}, "no option `rat`; there are rate, bind"),
+        ({"rate": "25"}, "`rate` is '25': a positive number"),
+        ({"scale": True}, "`scale` is True: a positive number"),
+        ({"lag": "soon"}, "`lag` is 'soon': seconds, 0 or more, or `offline`"),
+        ({"lag": [1]}, "`lag` is"),
+    ],
+)
+def test_a_sessions_options_are_refused_by_name(options: dict[str, object], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        gesturec.load("hand").session(**options)
+
+
 def test_settings_change_the_model_and_its_digest() -> None:
     plain, small = compile_model(HAND), compile_model(HAND, set={"scale": 0.5})
     assert plain.artifact.manifest.digest != small.artifact.manifest.digest
@@ -51,6 +77,7 @@ def test_errors_raise_and_are_all_told() -> None:
     told = [(finding.rule, finding.message) for finding in caught.value.diagnostics]
     assert told == [(finding.rule, finding.message) for finding in findings_of(source)]
     assert {"few-root-tokens", "unknown-name"} & {rule for rule, _ in told}
+    assert str(caught.value).startswith("bad.yaml:4:51: `lizard` is not a constant [not-constant] (and 1 more finding")
 
 
 def test_a_limit_is_a_finding() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from gesturec.cli.main import main
+from gesturec.runtime.status import STATUSES
 
 README = Path(__file__).parent.parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")
@@ -42,7 +43,18 @@ def test_its_model_compiles_without_a_word(tmp_path: Path, capsys: pytest.Captur
     assert main(["check", "--strict", str(path)]) == 0, capsys.readouterr().out
 
 
-def test_its_python_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_its_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("pointer.yaml").write_text(blocks("yaml")[0], encoding="utf-8")
+    (simulate,) = re.findall(r"^\$ gesturec (simulate hand.*)$", TEXT, re.M)
+    assert main(shlex.split(simulate.replace("hand.gcm", "hand"))) == 0
     for block in blocks("python"):
         exec(compile(block, "README.md", "exec"), {})
-    assert "State(name='0/0/0'" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "State(name='0/0/0'" in out
+    assert re.search(rf"^[\d/]+ ({'|'.join(status.name for status in STATUSES)})$", out, re.M)
+
+
+def test_every_status_of_a_frame_and_every_page_of_docs_is_in_it() -> None:
+    assert [status.name for status in STATUSES if f"`{status.name}`" not in TEXT] == []
+    assert [page.name for page in README.parent.glob("docs/*.md") if f"(docs/{page.name})" not in TEXT] == []

@@ -23,6 +23,7 @@ import numpy as np
 
 from gesturec.artifact.artifact import Array, Artifact
 from gesturec.artifact.columns import COLUMNS, Column
+from gesturec.artifact.files import whole_file
 from gesturec.artifact.manifest import canonical_json, manifest_text, parse_json, parse_manifest
 from gesturec.artifact.validate import validate
 from gesturec.diagnostics.errors import ArtifactError
@@ -37,14 +38,11 @@ FILE_ORDER: Final = tuple(sorted(COLUMNS, key=lambda column: (-int(column.dtype[
 
 def save(artifact: Artifact, path: str | Path) -> None:
     """Write `artifact` to `path`, whole or not at all."""
-    target = Path(path)
     data = write_artifact(artifact)
-    temporary = target.with_name(f".{target.name}.{os.getpid()}")
     try:
-        temporary.write_bytes(data)
-        temporary.replace(target)
+        with whole_file(Path(path), "wb") as stream:
+            stream.write(data)
     except OSError as error:
-        temporary.unlink(missing_ok=True)
         raise ArtifactError(f"`{path}` cannot be written: {error.strerror}") from None
 
 
@@ -56,7 +54,8 @@ def load(path: str | Path) -> Artifact:
                 raise ArtifactError(f"`{path}` is no compiled model: it has fewer than 8 bytes")
             data = mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
     except (OSError, ValueError) as error:
-        raise ArtifactError(f"`{path}` cannot be read: {error}") from None
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ArtifactError(f"`{path}` cannot be read: {reason}") from None
     try:
         return read_artifact(data)
     except ArtifactError as error:

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from gesturec.artifact.artifact import Array
-from gesturec.artifact.columns import COLUMNS, Column
+from gesturec.artifact.columns import COLUMNS, VALUE_SOURCES, Column
 from gesturec.artifact.manifest import Manifest
 from gesturec.artifact.validate_names import check_names, require
 from gesturec.artifact.validate_programs import check_programs
@@ -22,6 +22,7 @@ from gesturec.artifact.validate_programs import check_programs
 Columns = Mapping[str, Array]
 
 ROTATION_TOLERANCE: Final = 1e-6  # of orthonormality; what the compiler writes is within 1e-15
+QUANTISED: Final = VALUE_SOURCES.index("quantised")
 BLOCK: Final = 1 << 20  # numbers of covariances that are looked at together
 SINGULAR: Final = 1e-12  # of a matrix's largest entry: the rounding of what expansion computes is 1e-15
 LEAST_VARIANCE: Final = 1e-18  # m^2: a nanometre, for covariances of zero
@@ -110,6 +111,9 @@ def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
     for start, count, size in RANGES:
         ends = columns[start].astype(np.int64) + columns[count]
         require((ends <= sizes[size]).all(), f"`{start}` and `{count}` reach beyond {size}")
+    quantised = columns["joint_source"] == QUANTISED
+    for count in ("joint_level_count", "joint_fine_count"):
+        require(((columns[count] > 0) == quantised).all(), f"`{count}` is not that of the quantised joints alone")
     for array, start, count in (
         ("level_value", "joint_level_start", "joint_level_count"),
         ("fine_low", "joint_fine_start", "joint_fine_count"),
@@ -119,6 +123,7 @@ def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
     require(np.array_equal(columns["machine_state_start"], np.r_[0, states[:-1]][: len(states)]), "states have gaps")
     require((states[-1] if len(states) else 0) == sizes["n_state"], "there are states of no machine")
     _check_fine_levels(columns)
+    _check_parents(columns)
     _check_sets(columns)
 
 
@@ -129,7 +134,21 @@ def _rises_in_ranges(values: Array, starts: Array, counts: Array) -> bool:
 def _check_fine_levels(columns: Columns) -> None:
     for joint, (start, count) in enumerate(zip(columns["joint_fine_start"], columns["joint_fine_count"], strict=True)):
         levels = columns["fine_level"][start : start + count]
-        require((levels < max(1, columns["joint_level_count"][joint])).all(), "`fine_level` names a level too many")
+        whole = np.arange(columns["joint_level_count"][joint])
+        require(np.array_equal(np.unique(levels), whole), "`fine_level` has not a part of every level")
+
+
+def _check_parents(columns: Columns) -> None:
+    """The joints and tokens that a machine moves hang from the segment in whose frame its table is."""
+    for machine, base in enumerate(columns["machine_parent"].tolist()):
+        start, count = (int(columns[f"machine_token_{what}"][machine]) for what in ("start", "count"))
+        first, n_joint = (int(columns[f"machine_joint_{what}"][machine]) for what in ("start", "count"))
+        tokens = columns["token_segment"][columns["machine_token"][start : start + count]].tolist()
+        joints = columns["joint_parent"][columns["machine_joint"][first : first + n_joint]].tolist()
+        for segment in (*tokens, *joints):
+            while segment > base:  # segments fall on the way inwards
+                segment = int(columns["joint_parent"][segment - 1])
+            require(segment == base, "`machine_parent` is not on the way from what it moves to the root")
 
 
 def _check_sets(columns: Columns) -> None:

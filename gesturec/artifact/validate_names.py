@@ -6,18 +6,24 @@ from the manifest without looking (bindings, phases, dwell, report) has the form
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from math import inf
 from typing import Final
 
 from gesturec.artifact.artifact import Array
+from gesturec.artifact.columns import SHORTEST
 from gesturec.artifact.manifest import MOST, UPWARDS, WEIGHT_SUM_TOLERANCE, Manifest
+from gesturec.artifact.units import METRES, RADIANS
 from gesturec.diagnostics.errors import ArtifactError
 
 Columns = Mapping[str, Array]
 
 PARTS: Final = ("limbs", "joints", "tokens", "machines")  # what each of several bodies has a run of
 MOST_WEIGHT: Final = 1e6  # of one point in a mean that sums to one; beyond, only rounding is left
+
+TEST: Final = {"name", "path", "duration", "rate", "noise", "hide", "expect", "never", "within_level", "line"}
+COLOR: Final = re.compile("#[0-9a-fA-F]{6}")  # as `language` reads them, and as a page may show them
 
 # entries of the report's lists, by list
 REPORT: Final = {
@@ -52,6 +58,14 @@ def check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int]) 
     for joint, name in enumerate(manifest.joints):
         labels = manifest.levels.get(name, ())
         require(len(labels) == columns["joint_level_count"][joint], f"the levels of `{name}` are not all named")
+    units = dict(manifest.units)
+    known = units.pop("length", "m") in METRES and units.pop("angle", "rad") in RADIANS
+    require(known and not units, "the units are none")
+    colors = manifest.token_colors.values()
+    require(all(COLOR.fullmatch(color) for color in colors), "a color is not like #1a2b3c")
+    require(_is_forest(manifest.groups), "a group is a member of itself")
+    require(all(isinstance(each.get("name"), str) for each in manifest.gestures), "a gesture has no name")
+    require(all(_is_test(test, manifest) for test in manifest.tests), "a test is malformed")
     require(0 < manifest.scale < MOST, "the scale is not above zero")
     tokens = set(manifest.tokens)
     require(tokens.issuperset(manifest.token_colors), "a color is given to no token")
@@ -89,6 +103,34 @@ def _check_bodies(manifest: Manifest) -> None:
         require(ends[what] == len(getattr(manifest, what)), f"the bodies do not share out the {what}")
 
 
+def _is_forest(groups: Mapping[str, tuple[str, ...]]) -> bool:
+    """Whether every group ends in members that are no groups: taken away in turn, none is left."""
+    left = {name: set(members) & set(groups) for name, members in groups.items()}
+    while ends := [name for name, members in left.items() if not members & set(left)]:
+        for name in ends:
+            del left[name]
+    return not left
+
+
+def _is_test(test: Mapping[str, object], manifest: Manifest) -> bool:
+    hidden = test.get("hide")
+    return (
+        set(test) == TEST
+        and isinstance(test["name"], str)
+        and type(test["line"]) is int
+        and all(_is_number(test[key], SHORTEST) for key in ("duration", "rate"))
+        and _is_number(test["noise"], 0.0)
+        and (test["within_level"] is None or _is_number(test["within_level"], 0.0))
+        and all(_are_texts(test[key]) for key in ("path", "expect", "never"))
+        and isinstance(hidden, dict)
+        and all(isinstance(t, list) and len(t) == 2 and all(_is_number(s, 0.0) for s in t) for t in hidden.values())
+    )
+
+
+def _are_texts(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(each, str) for each in value)
+
+
 def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
     bound = binding.get("tokens")
     return (
@@ -97,8 +139,7 @@ def _is_binding(binding: Mapping[str, object], tokens: set[str]) -> bool:
         and isinstance(bound, dict)
         and tokens.issuperset(bound)
         and all(_are_weights(parts) for parts in bound.values())
-        and isinstance(binding["order"], list)
-        and all(isinstance(each, str) for each in binding["order"])
+        and _are_texts(binding["order"])
         and (binding["up"] is None or binding["up"] in UPWARDS)
     )
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+import numpy as np
+
 from gesturec.artifact.artifact import Array
 from gesturec.artifact.programs import CODES, OF_BODY, OPS, Operation, Programs, leaves_vector, unpack_limbs
 from gesturec.artifact.validate_names import require
@@ -57,6 +59,22 @@ def check_programs(columns: Mapping[str, Array], sizes: Mapping[str, int], n_bod
         steps = any(leaf.startswith("prev_") for leaf in leaves)
         require(program not in poses or not steps, "a pose speaks of the time before")
         _check_types(operations)
+    _check_couplings(columns, programs)
+
+
+def _check_couplings(columns: Mapping[str, Array], programs: Programs) -> None:
+    """A coupled joint follows joints of its own machine, and coupled ones that are computed before it."""
+    machine = np.full(len(columns["joint_program"]), -1)
+    for number, (start, count) in enumerate(
+        zip(columns["machine_joint_start"], columns["machine_joint_count"], strict=True)
+    ):
+        machine[columns["machine_joint"][start : start + count]] = number
+    for joint in np.flatnonzero(columns["joint_program"] >= 0).tolist():
+        for operation in programs.operations(int(columns["joint_program"][joint])):
+            if operation.name == "joint":
+                other = operation.argument
+                is_ready = columns["joint_program"][other] < 0 or other < joint
+                require(machine[other] == machine[joint] and is_ready, "a coupling follows a joint out of its reach")
 
 
 def _within(named: Array, limit: int) -> bool:

@@ -23,6 +23,8 @@ from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.errors import ModelError
+from gesturec.diagnostics.render import place_of_start
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Sequence, Text
 from gesturec.language.expressions.typed import Type, uses
@@ -50,6 +52,19 @@ def resolve_model(
     findings = Findings()
     for finding in model.findings:
         findings.add(finding)
+    try:
+        return resolved_body(model, settings, profile, findings), findings
+    except RecursionError:
+        # What may nest has limits; this is for what nests through several kinds of names at once.
+        message = "names are defined by other names too deep to be followed"
+        findings.report("limit-exceeded", message, place_of_start(model.main.source))
+        raise ModelError(findings.sorted()) from None
+
+
+def resolved_body(
+    model: Model, settings: Mapping[str, object], profile: str | os.PathLike[str] | None, findings: Findings
+) -> ResolvedBody:
+    """The body of a model with every name resolved; of several bodies, what spans them with the bodies as parts."""
     if model.bodies and profile is not None:
         span = model.main.block.key("bodies")
         findings.report("other-model", "a profile is one person's body, and this model has several", span)
@@ -66,7 +81,7 @@ def resolve_model(
             build_bodies(body, settled, settings, findings)
     else:
         build_parts(body, settled, findings)
-    return body, findings
+    return body
 
 
 def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> tuple[Names, Poses]:
@@ -166,8 +181,12 @@ def blind_limbs(body: ResolvedBody) -> Iterator[BodyLimb]:
     carried: set[str] = {
         token.limb for token in tokens_of(body).values() if token.limb and not token.virtual and token.joint >= 0
     }
-    for _ in body.limbs:
-        carried |= {limb.parent[0] for limb in body.limbs.values() if limb.parent and limb.name in carried}
+    inwards = list(carried)
+    while inwards:
+        parent = body.limbs[inwards.pop()].parent
+        if parent is not None and parent[0] not in carried:
+            carried.add(parent[0])
+            inwards.append(parent[0])
     for limb in body.limbs.values():
         if limb.machine == limb.name and limb.name not in carried and not limb.is_hole:
             yield limb

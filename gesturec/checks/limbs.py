@@ -8,6 +8,7 @@ A fault in a template is found in every limb made of it, and told once, with the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyLimb, ResolvedBody, Section
@@ -15,12 +16,18 @@ from gesturec.checks.chain import build_chain
 from gesturec.checks.environment import Environment, Given
 from gesturec.checks.parameters import Settled
 from gesturec.diagnostics.diagnostic import Related
+from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.source import Span
-from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.diagnostics.suggest import did_you_mean, nearest
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
 from gesturec.language.model import Model
 from gesturec.language.schema.blocks import Limb, Template
+
+# A body beyond these is no author's; every limb may have a machine of its own.
+MOST_LIMBS: Final = 1_000
+MOST_MIRRORS: Final = 20
+MOST_HANGING: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,17 +104,28 @@ def build_limbs(body: ResolvedBody, settled: Settled, findings: Findings) -> Non
     templates = templates_of(model, settled, findings)
     environment = settled.of(model.main)
     used: set[str] = set()
-    for key, block in model.main.block.limbs.items():
+    plans: dict[str, Plan] = {}
+    for key, block in limbs_within(model.main.block.limbs, findings).items():
         plan = plan_of(key, block, model.main.block.limbs, findings)
         limb = BodyLimb(str(key), key.span, plan.flips if plan else (), (), is_hole=True)
         body.limbs[limb.name] = limb
         if plan is not None:
+            plans[limb.name] = plan
             used.add(str(plan.original.template))
             build_limb(limb, plan, templates, environment, findings)
     for name, template in templates.items():
         if name not in used and template is not None:
             check_unused(template, name, environment, findings)
-    link_parents(body, findings)
+    link_parents(body, plans, findings)
+
+
+def limbs_within(limbs: dict[Text, Limb | None], findings: Findings) -> dict[Text, Limb | None]:
+    """The limbs, no more of them than may be."""
+    if len(limbs) > MOST_LIMBS:
+        message = f"the body has {len(limbs):,} limbs; the limit is {MOST_LIMBS:,}"
+        findings.report("limit-exceeded", message, list(limbs)[MOST_LIMBS].span, "this is one too many")
+        raise ModelError(findings.sorted())
+    return limbs
 
 
 def plan_of(key: Text, block: Limb | None, limbs: dict[Text, Limb | None], findings: Findings) -> Plan | None:
@@ -136,6 +154,10 @@ def plan_of(key: Text, block: Limb | None, limbs: dict[Text, Limb | None], findi
             findings.report(
                 "unknown-limb", f"there is no limb `{target}` to mirror", target.span, "", did_you_mean(target, limbs)
             )
+            return None
+        if len(flips) > MOST_MIRRORS:
+            message = f"limbs are mirror images of mirror images more than {MOST_MIRRORS} deep"
+            findings.report_once("limit-exceeded", message, target.span)
             return None
         if target in seen:
             findings.report(
@@ -196,14 +218,14 @@ def instance_environment(
     """What a template's chain sees in one limb: the arguments given to it, and the parameters."""
     inner = Environment(template.environment.units, findings, {}, template.environment)
     arguments = template.arguments()
-    known = [*arguments, *Limb.keys_known()]
-    for name, (key, _) in plan.overrides.items():
-        if name not in arguments:
-            help = did_you_mean(name, known)
-            related = (Related("its arguments", template.block.key("arguments"), note=True),)
-            message = f"template `{plan.original.template}` has no argument `{name}`"
-            findings.report("unknown-argument", message, key.span, "", help, related)
-    near = {name for name in plan.overrides if name not in arguments}
+    unknown = [name for name in plan.overrides if name not in arguments]
+    missing = [name for name, (_, default) in arguments.items() if default is None and name not in plan.overrides]
+    for name in unknown:
+        near = nearest(name, [*arguments, *Limb.keys_known()])
+        help = f"did you mean `{near}`?" if near is not None else did_you_mean(name, missing or arguments)
+        related = (Related("its arguments", template.block.key("arguments"), note=True),)
+        message = f"template `{plan.original.template}` has no argument `{name}`"
+        findings.report("unknown-argument", message, plan.overrides[name][0].span, "", help, related)
     for name, (key, default) in arguments.items():
         if name in plan.overrides:
             given_key, node = plan.overrides[name]
@@ -211,19 +233,14 @@ def instance_environment(
         elif default is not None:
             inner.given[name] = Given(name, default, key.span, inner)
         else:
-            report_missing_argument(limb, plan, name, key, bool(near), findings)
+            if len(missing) > len(unknown):  # else one that is misspelt probably stands for it
+                report_missing_argument(limb, plan, name, key, findings)
             inner.given[name] = Given(name, None, key.span, inner)
     return inner
 
 
-def report_missing_argument(
-    limb: BodyLimb, plan: Plan, name: str, key: Text, is_misspelt: bool, findings: Findings
-) -> None:
-    """Report an argument that is left out, unless a misspelt one probably stands for it."""
-    if is_misspelt and did_you_mean(name, plan.overrides) is not None:
-        near = did_you_mean(name, plan.overrides)
-        if near is not None and near.startswith("did you mean"):
-            return
+def report_missing_argument(limb: BodyLimb, plan: Plan, name: str, key: Text, findings: Findings) -> None:
+    """Report an argument that is left out."""
     place = plan.original.template.span if plan.original.template is not None else limb.span
     message = f"limb `{limb.name}` leaves out the argument `{name}` of template `{plan.original.template}`"
     related = (Related("declared", key.span, note=True),)
@@ -239,15 +256,11 @@ def check_unused(template: TemplateOf, name: str, environment: Environment, find
     build_chain(BodyLimb(name, template.key.span, (), ()), template.block.chain, inner, environment.units)
 
 
-def link_parents(body: ResolvedBody, findings: Findings) -> None:
+def link_parents(body: ResolvedBody, plans: dict[str, Plan], findings: Findings) -> None:
     """Find the part that each limb hangs from, and refuse circles."""
-    limbs = body.model.main.block.limbs
     places: dict[str, Span] = {}
-    for key, block in limbs.items():
-        plan = plan_of(key, block, limbs, Findings())
-        if plan is None:
-            continue
-        limb = body.limbs[str(key)]
+    for name, plan in plans.items():
+        limb = body.limbs[name]
         node = plan.parent
         for section in limb.sections:
             node = node or values.word(section.block.parent, section.environment)
@@ -261,6 +274,21 @@ def link_parents(body: ResolvedBody, findings: Findings) -> None:
                 "circular-reference", f"limb `{limb.name}` hangs from itself in the end", span, "closes the circle"
             )
             limb.parent = None
+    refuse_deep(body, places, findings)
+
+
+def refuse_deep(body: ResolvedBody, places: dict[str, Span], findings: Findings) -> None:
+    """Refuse limbs that hang from limbs too often; each is looked at once, after those that it hangs from."""
+    depth: dict[str, int] = {}
+    for limb in body.limbs.values():
+        way = [limb]
+        while (parent := way[-1].parent) is not None and parent[0] not in depth:
+            way.append(body.limbs[parent[0]])
+        for each in reversed(way):
+            depth[each.name] = 0 if each.parent is None else depth[each.parent[0]] + 1
+            if depth[each.name] > MOST_HANGING:
+                message = f"limbs hang from limbs more than {MOST_HANGING} deep"
+                findings.report_once("limit-exceeded", message, places[each.name])
 
 
 def parent_of(body: ResolvedBody, node: Text, findings: Findings) -> tuple[str, str] | None:

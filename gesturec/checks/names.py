@@ -11,6 +11,7 @@ from gesturec.checks import values
 from gesturec.checks.body import BodyLimb, BodyToken, ResolvedBody
 from gesturec.checks.chain import token_of
 from gesturec.checks.environment import Environment
+from gesturec.checks.order import inner_first
 from gesturec.checks.rotations import ORIGIN
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
@@ -106,6 +107,8 @@ def build_groups(body: ResolvedBody, findings: Findings) -> None:
     """Flatten every group to limbs, joints (`limb.joint`) or tokens."""
     groups = {str(key): (key, node) for part in body.model.parts for key, node in part.block.groups.items()}
     done: dict[str, tuple[str, ...] | None] = {}
+    for name in inner_first({name: node for name, (_, node) in groups.items()}):
+        flatten(name, groups, body, done, (), findings)
     for name in groups:
         body.groups[name] = flatten(name, groups, body, done, (), findings)
         kinds = sorted({member_kind(body, member) or "hole" for member in body.groups[name]} - {"hole"})

@@ -23,6 +23,8 @@ AXES: Final[dict[str, Vector]] = {
 }
 # Directions closer to parallel than this (sine of the angle between them) span no plane.
 PARALLEL: Final = 1e-6
+# A vector that is shorter has no direction.
+SHORTEST: Final = 1e-12
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -47,10 +49,11 @@ def scaled(a: Vector, factor: float) -> Vector:
 
 def unit(a: Vector) -> Vector | None:
     """The direction of a vector; None for one without."""
-    length = math.sqrt(dot(a, a))
-    if not math.isfinite(length) or length < 1e-12:
+    largest = max(map(abs, a))
+    if not math.isfinite(largest) or largest < SHORTEST:
         return None
-    return scaled(a, 1.0 / length)
+    x, y, z = (part / largest for part in a)  # squares of what is very long would overflow
+    return scaled((x, y, z), 1.0 / math.hypot(x, y, z))
 
 
 def apply(matrix: Matrix, a: Vector) -> Vector:

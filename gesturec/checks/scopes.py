@@ -132,7 +132,7 @@ class BodyScope:
             return Unknown(start + 1, message, known, rule="unknown-level")
         if len(path) > start + 2:
             return nothing_in(path, start + 2)
-        return symbols.LevelTest(joint.full, level.label, level.value)
+        return symbols.LevelTest(joint.full, level.label, level.value, joint.kind)
 
     def leaf_of(self, limb: BodyLimb, name: str, local: bool) -> Symbol | None:
         """A token, state, phase, pose or gesture of a limb."""

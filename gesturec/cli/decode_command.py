@@ -6,7 +6,7 @@ import json
 import sys
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from gesturec.cli.models import add_model_options, load_artifact
 from gesturec.cli.recordings import add_recording_options
@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 EPILOG = """OUT.html is a page, OUT.jsonl everything a frame, OUT.csv the states alone; OUT without a suffix makes
 OUT.states.csv and OUT.events.csv. With several recordings OUT is a folder of such pairs."""
 
+LIMB_MISFIT: Final = 0.3
+"""Share of frames in which a limb fits none of its states from which on that is worth a warning."""
+
+DEFAULT_LAG: Final = 0.08
+"""s that a decision on a recording waits: two frames of the source paper's 25 a second."""
+
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of the command."""
@@ -30,11 +36,16 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--bind", metavar="NAME|MAP.yaml", help="whose names the points have (default: the one that fits)"
     )
-    parser.add_argument("--decoder", metavar="NAME", help="nearest, viterbi, forward or fuzzy")
+    parser.add_argument("--decoder", metavar="NAME", help="forward (default), viterbi, fuzzy or nearest")
     parser.add_argument(
         "--noise", type=positive_length, metavar="LENGTH", help="noise of a point, like 2mm (default: estimated)"
     )
-    parser.add_argument("--lag", type=lag, metavar="TIME", help="how long a decision may wait, or `offline`")
+    parser.add_argument(
+        "--lag", type=lag, metavar="TIME", help="how long a decision may wait, or `offline` (default: 80ms; nearest: 0)"
+    )
+    parser.add_argument(
+        "--sure", type=float, metavar="P", help="probability from which on a state is told (default: 0.1)"
+    )
     parser.add_argument(
         "--scale", type=scale, metavar="auto|X", help="size of the body over the model's (default: auto)"
     )
@@ -75,7 +86,8 @@ def session_options(options: Namespace) -> dict[str, Any]:
         "bind": bind,
         "decoder": options.decoder,
         "noise": options.noise,
-        "lag": options.lag,
+        "lag": options.lag if options.lag is not None or options.decoder == "nearest" else DEFAULT_LAG,
+        "sure": options.sure,
         "scale": options.scale,
     }
     session = {name: value for name, value in told.items() if value is not None}
@@ -126,7 +138,9 @@ def summary_text(outcome: Outcome) -> str:
     summary = outcome.summary
     sizes = summary.get("scales", {"": summary["scale"]})
     size = ", ".join(f"{name} {_size(value)}".strip() for name, value in sizes.items())
-    head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, scale {size}"
+    noise = "unknown" if summary["noise"] is None else f"{1000 * summary['noise']:.3g} mm"
+    head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, "
+    head += f"scale {size}, noise {noise}"
     rows: list[tuple[str, ...]] = [("  machine", "decided", "deferred", "misfit", "lost")]
     for name, shares in summary["machines"].items():
         rows.append((f"  {name}", *(f"{shares[key]:.1%}" for key in ("decided", "deferred", "misfit", "lost"))))
@@ -159,4 +173,9 @@ def warnings_of(outcome: Outcome) -> list[str]:
         return [f"warning: MISFIT: {take} does not fit the model in {share}: {causes}"]
     if summary["machines"] and not any(shares["decided"] for shares in summary["machines"].values()):
         return [f"warning: NOTHING DECIDED in {take}; see what `frames:` and the notes say"]
-    return []
+    return [
+        f"warning: `{name}` fits none of its states in {shares['misfit']:.0%} of {take}: "
+        "is this limb built or bound otherwise (see `gesturec fit`)?"
+        for name, shares in summary["machines"].items()
+        if shares["misfit"] > LIMB_MISFIT
+    ]

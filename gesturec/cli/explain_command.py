@@ -1,47 +1,74 @@
-"""`gesturec explain RULE`: the rule's page; without a rule, the list of all."""
+"""`gesturec explain RULE`: a rule's page, or what a frame's status says; without a name, the list of all."""
 
 from __future__ import annotations
 
 import json
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 
 from gesturec.cli.usage import UsageError
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of the command."""
-    parser.add_argument("rule", nargs="?", metavar="RULE", help="id of a rule; without it all are listed")
+    parser.add_argument(
+        "rule", nargs="?", metavar="RULE|STATUS", help="id of a rule, or a frame's status; without it all are listed"
+    )
     parser.add_argument("--json", action="store_true", help="as JSON")
 
 
 def run(options: Namespace) -> int:
-    """Print a page, or the list."""
-    from gesturec.diagnostics.rules import RULES, page
+    """Print a page, what a status says, or the list."""
+    from gesturec.diagnostics.rules import RULES
     from gesturec.diagnostics.suggest import nearest
+    from gesturec.runtime.status import STATUSES
 
     if options.rule is None:
         return _list(options.json)
     name = options.rule.removeprefix("error[").removeprefix("warning[").rstrip("]")
-    if name not in RULES:
-        hint = nearest(name, RULES)
-        raise UsageError(f"there is no rule `{name}`" + (f"; did you mean `{hint}`?" if hint else ""))
-    text = page(name)
-    if options.json:
-        rule = RULES[name]
+    statuses = {status.name: status.doc for status in STATUSES}
+    if name in RULES:
+        return _explain_rule(name, options.json)
+    if name in statuses:
+        return _explain_status(name, statuses[name], options.json)
+    hint = nearest(name, (*RULES, *statuses))
+    raise UsageError(f"there is no rule or status `{name}`" + (f"; did you mean `{hint}`?" if hint else ""))
+
+
+def _explain_rule(name: str, as_json: bool) -> int:
+    from gesturec.diagnostics.rules import RULES, page
+
+    rule, text = RULES[name], page(name)
+    if as_json:
         print(json.dumps({"rule": rule.id, "severity": rule.severity, "summary": rule.summary, "page": text}, indent=2))
     else:
         print(text.rstrip())
     return 0
 
 
+def _explain_status(name: str, doc: str, as_json: bool) -> int:
+    if as_json:
+        print(json.dumps({"status": name, "summary": doc}, indent=2))
+    else:
+        print(f"`{name}`, the status of a frame or of a machine in it: {doc}.")
+    return 0
+
+
 def _list(as_json: bool) -> int:
     from gesturec.diagnostics.rules import RULES
+    from gesturec.runtime.status import STATUSES
 
     if as_json:
         rows = [{"rule": rule.id, "severity": rule.severity, "summary": rule.summary} for rule in RULES.values()]
         print(json.dumps(rows, indent=2))
         return 0
-    width = max(map(len, RULES)) + 2
-    for rule in RULES.values():
-        print(f"{rule.id:<{width}}{rule.severity:<9}{rule.summary}")
+    _print_table([(rule.id, rule.severity, rule.summary) for rule in RULES.values()])
+    print("\nstatuses of decoded frames, the gravest last:")
+    _print_table([(status.name, "status", status.doc) for status in STATUSES])
     return 0
+
+
+def _print_table(rows: Sequence[tuple[str, str, str]]) -> None:
+    width = max(len(row[0]) for row in rows) + 2
+    for name, kind, text in rows:
+        print(f"{name:<{width}}{kind:<9}{text}")

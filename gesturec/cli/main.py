@@ -86,6 +86,8 @@ def _run(name: str, arguments: list[str]) -> int:
     """Parse a command's arguments and run it."""
     from argparse import ArgumentParser, RawDescriptionHelpFormatter
 
+    from gesturec.cli.usage import check_common
+
     module = import_module(f"gesturec.cli.{name}_command")
     parser = ArgumentParser(
         prog=f"gesturec {name}",
@@ -100,6 +102,9 @@ def _run(name: str, arguments: list[str]) -> int:
         parsed = parser.parse_args(arguments)
     except SystemExit as stop:
         return int(stop.code or OK)
+    if (wrong := check_common(parsed)) is not None:
+        print(f"gesturec {name}: {wrong}", file=sys.stderr)
+        return USAGE
     code: int = module.run(parsed)
     return code
 

@@ -106,11 +106,11 @@ def source_of(text: str) -> Any:
             raise UsageError(f"{text} is compiled already, and the model's source is asked for here")
         return path
     from gesturec.diagnostics.source import Source
+    from gesturec.language.limits import DEFAULT_LIMITS
 
-    try:
-        return Source("<stdin>", sys.stdin.buffer.read().decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise InputError("the model is not UTF-8 text", "<stdin>") from error
+    # What is no UTF-8 is the reader's to find, with its place.
+    data = sys.stdin.buffer.read(DEFAULT_LIMITS.file_bytes + 1)
+    return Source("<stdin>", data.decode("utf-8", "surrogateescape"))
 
 
 def compile_options(options: Namespace) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Write the model, and the schema where there is none."""
-    from gesturec.scaffold.text import SCHEMA_FILE
+    from gesturec.scaffold.text import MODELINE, SCHEMA_FILE
 
     given = Path(options.name)
     name = given.stem if given.suffix == ".yaml" else given.name
@@ -34,6 +34,8 @@ def run(options: Namespace) -> int:
     if str(path) != "-" and path.exists() and not options.force:
         raise UsageError(f"{path} is there already; --force replaces it")
     text = _text(name, options)
+    if str(path) == "-":
+        text = text.removeprefix(MODELINE)  # no schema is written beside what is piped on
     with text_output(path) as stream:
         stream.write(text)
     if str(path) == "-":

@@ -1,17 +1,14 @@
-"""Files that are whole or not there: written beside their place, and moved into it at the end.
-
-An error leaves what was there before, or nothing. `-` is standard output; what is no ordinary file is written as is.
-"""
+"""Where commands write: standard output for `-`, else a file that is whole or not there (`artifact.files`)."""
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any, BinaryIO, TextIO, cast
+from typing import BinaryIO, TextIO, cast
 
+from gesturec.artifact.files import whole_file
 from gesturec.diagnostics.errors import InputError
 
 
@@ -21,7 +18,8 @@ def text_output(path: str | Path) -> Iterator[TextIO]:
     if str(path) == "-":
         yield sys.stdout
         return
-    with _output(Path(path), "w") as stream:
+    check_folder(Path(path))
+    with whole_file(Path(path), "w") as stream:
         yield cast(TextIO, stream)
 
 
@@ -31,7 +29,8 @@ def binary_output(path: str | Path) -> Iterator[BinaryIO]:
     if str(path) == "-":
         yield sys.stdout.buffer
         return
-    with _output(Path(path), "wb") as stream:
+    check_folder(Path(path))
+    with whole_file(Path(path), "wb") as stream:
         yield cast(BinaryIO, stream)
 
 
@@ -41,25 +40,3 @@ def check_folder(path: Path) -> None:
         raise InputError("is a folder; a file's name is needed", path)
     if not path.parent.is_dir():
         raise InputError("its folder does not exist", path)
-
-
-@contextmanager
-def _output(path: Path, mode: str) -> Iterator[IO[str] | IO[bytes]]:
-    check_folder(path)
-    text: dict[str, Any] = {} if "b" in mode else {"encoding": "utf-8", "newline": ""}
-    if path.exists() and not path.is_file():
-        with path.open(mode, **text) as stream:
-            yield stream
-        return
-    place = Path(os.path.realpath(path))
-    waiting = place.with_name(f".{place.name}.{os.getpid()}.part")
-    try:
-        with waiting.open(mode, **text) as stream:
-            yield stream
-        waiting.replace(place)
-    except OSError as error:
-        if error.filename == str(waiting):  # say what the user called it
-            raise OSError(error.errno, error.strerror, str(path)) from error
-        raise
-    finally:
-        waiting.unlink(missing_ok=True)

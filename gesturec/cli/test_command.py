@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gesturec.cli.models import add_model_options, load_artifact
@@ -20,7 +22,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(options: Namespace) -> int:
-    """Run and print; 1 where a test failed."""
+    """Run and print; 1 where a test failed, or there are tests and none could be run."""
     from gesturec.modeltests import run_tests
 
     outcomes = run_tests(load_artifact(options.model, options))
@@ -29,11 +31,26 @@ def run(options: Namespace) -> int:
     else:
         for outcome in outcomes:
             print(_line(outcome))
-        counts = {status: sum(o.status == status for o in outcomes) for status in ("passed", "failed", "not run")}
-        print(
-            ", ".join(f"{count} {status}" for status, count in counts.items()) if outcomes else "the model has no tests"
-        )
+        print(_counts(outcomes) if outcomes else "the model has no tests")
+    return _verdict(outcomes)
+
+
+def _verdict(outcomes: Sequence[Outcome]) -> int:
+    """The exit code; what was not run is loud, since it looks as good as passed."""
+    skipped = [outcome for outcome in outcomes if outcome.status == "not run"]
+    reasons = "; ".join(dict.fromkeys(outcome.why for outcome in skipped))
+    if skipped and len(skipped) == len(outcomes):
+        print(f"error: NO TEST WAS RUN of {len(outcomes)}: {reasons}", file=sys.stderr)
+        return 1
+    if skipped:
+        print(f"warning: {len(skipped)} of {len(outcomes)} tests were NOT RUN: {reasons}", file=sys.stderr)
     return 1 if any(outcome.status == "failed" for outcome in outcomes) else 0
+
+
+def _counts(outcomes: Sequence[Outcome]) -> str:
+    """`1 passed, 0 failed, 2 not run`."""
+    statuses = [outcome.status for outcome in outcomes]
+    return ", ".join(f"{statuses.count(status)} {status}" for status in ("passed", "failed", "not run"))
 
 
 def _plain(outcome: Outcome) -> dict[str, object]:

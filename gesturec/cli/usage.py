@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 import re
-from argparse import ArgumentTypeError
+import sys
+from argparse import ArgumentTypeError, Namespace
 from typing import Final
 
-from gesturec.recordings.units import METRES
+from gesturec.artifact.units import METRES
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 QUANTITY: Final = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-z]*)\s*")
 
 
+MOST_NOISE: Final = 0.1  # m: a camera that is off by more cannot see a body's parts; the unit was forgotten
+
+
 class UsageError(Exception):
     """What was asked for makes no sense; exit code 2."""
+
+
+def check_common(options: Namespace) -> str | None:
+    """What is wrong with options that several commands have; what is only odd is said on standard error."""
+    if getattr(options, "output", None) == "":
+        return "-o is empty; it takes a file's name"
+    noise = getattr(options, "noise", None)
+    if isinstance(noise, float) and noise > MOST_NOISE:
+        hint = "a bare number is in metres, and 2mm in millimetres"
+        print(f"warning: --noise is {noise:g} m, more than a body's parts are apart: {hint}", file=sys.stderr)
+    return None
 
 
 def length(text: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.rules import severity
 
 
 class GesturecError(Exception):
@@ -16,7 +17,7 @@ class ModelError(GesturecError):
 
     def __init__(self, diagnostics: tuple[Diagnostic, ...]) -> None:
         self.diagnostics = diagnostics
-        super().__init__(f"{len(diagnostics)} finding(s); the first: {diagnostics[0].message}")
+        super().__init__(_first_of(diagnostics))
 
 
 class ArtifactError(GesturecError):
@@ -34,3 +35,13 @@ class InputError(GesturecError):
 
 class LimitError(GesturecError):
     """Something larger than its limit; says what was found, the limit, and what raises it."""
+
+
+def _first_of(diagnostics: tuple[Diagnostic, ...]) -> str:
+    """The first error with its place, and how many findings there are besides."""
+    first = next((each for each in diagnostics if severity(each.rule) == "error"), diagnostics[0])
+    span = first.span
+    place = "" if span is None else f"{span.source.name}:{span.line}:{span.column}: "
+    more = len(diagnostics) - 1
+    rest = f" (and {more} more finding{'s' * (more > 1)}: see `diagnostics`)" if more else ""
+    return f"{place}{first.message} [{first.rule}]{rest}"

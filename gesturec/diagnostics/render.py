@@ -18,6 +18,10 @@ from gesturec.diagnostics.source import Source, Span
 
 # Columns of a source line that are shown; a longer one is cut on both sides of the place.
 SHOWN_COLUMNS: Final = 140
+# Findings that are shown as text, errors before warnings; `--format json` has all.
+SHOWN_FINDINGS: Final = 100
+# Characters of a message or help that are shown as text: a number or name in it may have thousands.
+SHOWN_MESSAGE: Final = 600
 
 
 class Mark(NamedTuple):
@@ -31,6 +35,12 @@ class Mark(NamedTuple):
 def one_line(text: str) -> str:
     """Text with line ends and control characters made visible."""
     return "".join(c if c.isprintable() else " " if c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def told(text: str) -> str:
+    """A message as one line, without the middle of one that is very long."""
+    half = SHOWN_MESSAGE // 2
+    return one_line(text if len(text) <= SHOWN_MESSAGE else f"{text[:half]} … {text[-half:]}")
 
 
 def drawn_width(text: str) -> int:
@@ -98,16 +108,16 @@ def draw_snippets(diagnostic: Diagnostic, span: Span, gutter: int) -> list[str]:
 
 def render_one(diagnostic: Diagnostic) -> str:
     """One finding as text, without an end of line."""
-    lines = [f"{severity(diagnostic.rule)}[{diagnostic.rule}]: {one_line(diagnostic.message)}"]
+    lines = [f"{severity(diagnostic.rule)}[{diagnostic.rule}]: {told(diagnostic.message)}"]
     spans = [s for s in (diagnostic.span, *(r.span for r in diagnostic.related)) if s is not None]
     gutter = max([2, *(len(str(span.line)) for span in spans)])
     if diagnostic.span is not None:
         lines += draw_snippets(diagnostic, diagnostic.span, gutter)
     if diagnostic.help:
-        lines.append(f"{'':>{gutter}} = help: {one_line(diagnostic.help)}")
+        lines.append(f"{'':>{gutter}} = help: {told(diagnostic.help)}")
     for related in diagnostic.related:
         if related.note:
-            lines.append(f"{'':>{gutter}} = note: {one_line(related.message)} at {place(related.span)}")
+            lines.append(f"{'':>{gutter}} = note: {told(related.message)} at {place(related.span)}")
     return "\n".join(lines)
 
 
@@ -116,7 +126,16 @@ def render_text(diagnostics: Iterable[Diagnostic]) -> str:
     findings = tuple(diagnostics)
     if not findings:
         return ""
-    return "\n\n".join([*(render_one(finding) for finding in findings), summary(findings)]) + "\n"
+    shown = shown_findings(findings)
+    left = len(findings) - len(shown)
+    more = [f"… and {left:,} more findings; `--format json` has all"] if left else []
+    return "\n\n".join([*map(render_one, shown), *more, summary(findings)]) + "\n"
+
+
+def shown_findings(findings: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """The findings that are shown as text, in their order: errors before warnings where there are too many."""
+    first = sorted(range(len(findings)), key=lambda i: severity(findings[i].rule) != "error")[:SHOWN_FINDINGS]
+    return [findings[i] for i in sorted(first)]
 
 
 def summary(findings: Sequence[Diagnostic]) -> str:

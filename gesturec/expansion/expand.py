@@ -7,7 +7,7 @@ machines (relations, poses, rules) is settled afterwards, from their states.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,9 +28,15 @@ from gesturec.expansion.states import Floats, MachineStates
 from gesturec.expansion.tables import build_artifact
 from gesturec.expansion.tokens import token_tables
 from gesturec.expansion.transitions import expand_transitions
-from gesturec.lowering.lowered import LoweredConstraint, LoweredModel, LoweredRule
+from gesturec.language.expressions.units import BASE_UNITS
+from gesturec.lowering.lowered import LoweredConstraint, LoweredModel, LoweredPose, LoweredRule
 
 T = TypeVar("T")
+
+# rad or m
+SAME_VALUE: Final = 1e-8
+# Values of a joint that a finding lists.
+MOST_LISTED: Final = 12
 
 
 class Expansion(NamedTuple):
@@ -166,5 +172,21 @@ def _empty_poses(body: Body, poses: Sequence[PoseTruth]) -> list[Diagnostic]:
         if empty:
             name = body.model.machines[empty[0]].name
             message = f"pose `{pose.name}` holds in no state of machine `{name}`"
-            findings.append(Diagnostic("empty-pose", message, pose.span))
+            findings.append(Diagnostic("empty-pose", message, pose.span, help=_coupled_help(body, pose)))
     return findings
+
+
+def _coupled_help(body: Body, pose: LoweredPose) -> str | None:
+    """What a coupled joint can be, where a pose wants something else of it; for other joints it was checked before."""
+    for wanted in pose.wanted:
+        joint = body.model.joints[wanted.joint]
+        machine = body.model.limbs[joint.limb].machine
+        if joint.coupling is None or machine is None:
+            continue
+        states = body.states[machine]
+        values = np.unique(states.angle[:, states.column(wanted.joint)].round(9))
+        if not ((values >= wanted.low - SAME_VALUE) & (values <= wanted.high + SAME_VALUE)).any():
+            unit = body.model.units["angle" if joint.type == "hinge" else "length"]
+            listed = [f"{value / BASE_UNITS[unit].factor:.4g}" for value in values[:MOST_LISTED]]
+            return f"`{joint.name}` follows others and is {', '.join(listed)}{', …' * (len(values) > MOST_LISTED)}"
+    return None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -49,7 +50,7 @@ def grid_states(
         cells[joint] = edges[level[:, position]].T
     labels = [[each.label for each in joints[joint].levels] for joint in free]
     names = _product_names(labels) if shape is not None else _row_names(labels, level)
-    return state_table(body, machine, free, level, cells, names, shape)
+    return replace(state_table(body, machine, level, cells, names), shape=shape)
 
 
 def _product_names(labels: Sequence[Sequence[str]]) -> tuple[str, ...]:
@@ -66,17 +67,9 @@ def _row_names(labels: Sequence[Sequence[str]], level: Ints) -> tuple[str, ...]:
 
 
 def state_table(
-    body: Body,
-    machine: int,
-    free: tuple[int, ...],
-    level: Ints,
-    cells: dict[int, Floats],
-    names: tuple[str, ...],
-    shape: tuple[int, ...] | None = None,
-    at: Floats | None = None,
-    members: dict[str, Ints] | None = None,
+    body: Body, machine: int, level: Ints, cells: dict[int, Floats], names: tuple[str, ...]
 ) -> MachineStates:
-    """Fill in the joints that are not free."""
+    """Fill in the joints that are not free; the states are no product, beside any cycle, and called as in `names`."""
     lowered = body.model.machines[machine]
     n = len(names)
     given = {joint: Cells(*cell) for joint, cell in cells.items()}
@@ -85,15 +78,14 @@ def state_table(
     return MachineStates(
         machine=machine,
         joints=tuple(lowered.joints),
-        free=free,
-        shape=shape,
+        free=free_of(body, machine),
+        shape=None,
         level=level,
         angle=value,
         low=low,
         high=high,
-        at=np.full(n, np.nan) if at is None else at,
+        at=np.full(n, np.nan),
         names=names,
-        members=members if members is not None else {},
     )
 
 

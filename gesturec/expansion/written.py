@@ -1,12 +1,13 @@
 """States that are written down: named ones, and the samples of a cycle or path.
 
 In: a machine's `states`, `cycle` or `path`. Out: `MachineStates`, samples first. A named state stands once for
-every combination of levels of the quantised joints that it leaves out.
+every combination of levels of the quantised joints that it leaves out, or of which it takes in several levels.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import prod
 from typing import NamedTuple
 
@@ -34,7 +35,8 @@ def written_states(body: Body, machine: int, limits: Limits) -> MachineStates:
     cells = {joint: np.concatenate([part.cells[joint] for part in parts], axis=1) for joint in joints}
     at = np.concatenate([part.at for part in parts])
     level = np.concatenate([part.level for part in parts])
-    return state_table(body, machine, free, level, cells, names, None, at, _members(lowered, parts))
+    states = state_table(body, machine, level, cells, names)
+    return replace(states, at=at, members=_members(lowered, parts))
 
 
 class _Part(NamedTuple):
@@ -50,9 +52,15 @@ class _Part(NamedTuple):
 def _count_written(body: Body, lowered: LoweredMachine, free: Sequence[int]) -> int:
     total = lowered.cycle.samples if lowered.cycle else 0
     for state in lowered.states:
-        named = {cell.joint for cell in state.cells}
-        total += prod(len(body.model.joints[joint].levels) for joint in free if joint not in named)
+        total += prod(map(len, _ranging(body, state, free).values()))
     return total
+
+
+def _ranging(body: Body, state: NamedState, free: Sequence[int]) -> dict[int, Sequence[int]]:
+    """The quantised joints that have several levels in a named state, each with these."""
+    named = {cell.joint: cell.levels for cell in state.cells}
+    levels = {joint: named.get(joint, range(len(body.model.joints[joint].levels))) for joint in free}
+    return {joint: each for joint, each in levels.items() if joint not in named or each}
 
 
 def _curve_part(body: Body, lowered: LoweredMachine) -> _Part:
@@ -68,17 +76,17 @@ def _curve_part(body: Body, lowered: LoweredMachine) -> _Part:
 
 
 def _named_part(body: Body, state: NamedState, free: Sequence[int]) -> _Part:
-    """A named state, once for every combination of levels of the joints that it leaves out."""
-    given = {cell.joint: np.array([[cell.value], [cell.low], [cell.high]]) for cell in state.cells}
-    left_out = [joint for joint in free if joint not in given]
-    levels = {joint: body.model.joints[joint].levels for joint in left_out}
-    counts = [len(levels[joint]) for joint in left_out]
-    grid = np.indices(counts).reshape(len(left_out), prod(counts))
+    """A named state, once for every combination of levels of the joints that have several in it."""
+    ranging = _ranging(body, state, free)
+    counts = [len(inside) for inside in ranging.values()]
+    levels = {joint: [body.model.joints[joint].levels[i] for i in inside] for joint, inside in ranging.items()}
+    grid = np.indices(counts).reshape(len(ranging), prod(counts))
     n = grid.shape[1]
-    cells = {joint: np.repeat(cell, n, axis=1) for joint, cell in given.items()}
-    for joint, index in zip(left_out, grid, strict=True):
+    given = {cell.joint: np.array([[cell.value], [cell.low], [cell.high]]) for cell in state.cells}
+    cells = {joint: np.repeat(cell, n, axis=1) for joint, cell in given.items() if joint not in ranging}
+    for joint, index in zip(ranging, grid, strict=True):
         cells[joint] = np.array([(each.value, each.low, each.high) for each in levels[joint]]).T[:, index]
-    labels = [[levels[joint][i].label for i in index] for joint, index in zip(left_out, grid, strict=True)]
+    labels = [[levels[joint][i].label for i in index] for joint, index in zip(ranging, grid, strict=True)]
     names = tuple("/".join((state.name, *parts)) for parts in zip(*labels, strict=True)) if labels else (state.name,)
     level = np.stack([_levels_of(body, joint, cells[joint][0]) for joint in free], axis=1) if free else np.zeros((n, 0))
     return _Part(state.name, names, cells, np.full(n, np.nan), level.astype(np.int16))

@@ -103,17 +103,40 @@ class Layout(NamedTuple):
 def lay_out(artifact: Artifact, seen: Mask) -> Layout:
     """What can be estimated from tokens that are `seen` (n_token,) at least somewhere."""
     chain = chain_of(artifact.columns)
-    carried: Mask = np.asarray(
-        descendants(chain)[chain.token_segment[seen]].any(axis=0)
-    )  # segments that move a seen token
+    carried = told_segments(chain, seen)
     root = chain.token_at[(chain.token_segment == 0) & seen]
     reach = float(np.linalg.norm(root - root.mean(axis=0), axis=1).max()) if len(root) else HAND
     return Layout(_places(chain, seen, carried, reach), _turns(chain, carried), chain, reach)
 
 
+def told_segments(chain: Chain, seen: Mask) -> Mask:
+    """Segments (n_segment,) that move a seen token, on limbs whose tokens tell more than their angles.
+
+    A limb of which a tip alone is seen has as many angles as coordinates: any lengths explain it, and those that a fit
+    would find were made of noise.
+    """
+    carried: Mask = np.asarray(descendants(chain)[chain.token_segment[seen]].any(axis=0))
+    limb = chain.segment_limb
+    free = np.isin(chain.joint_source, [VALUE_SOURCES.index(name) for name in ("quantised", "keyed")])
+    for each in np.unique(limb[1:]):
+        below = np.asarray(descendants(chain)[:, limb == each].any(axis=1))  # on this limb, or hanging from it
+        coordinates = 3 * int((seen & below[chain.token_segment]).sum())
+        if coordinates <= int(free[below[1:]].sum()):
+            carried &= limb != each
+    return carried
+
+
 def _places(chain: Chain, seen: Mask, carried: Mask, reach: float) -> tuple[Place, ...]:
-    points = [(int(chain.joint_parent[j]), chain.joint_at[j], j, -1) for j in range(chain.n_joint) if carried[j + 1]]
-    points += [(int(chain.token_segment[t]), chain.token_at[t], -1, int(t)) for t in np.flatnonzero(seen)]
+    on_root = chain.token_segment == 0
+    told = np.flatnonzero(seen & (on_root | carried[chain.token_segment]))
+    points = [(int(chain.token_segment[t]), chain.token_at[t], -1, int(t)) for t in told]
+    known = [at for segment, at, _, _ in points if segment == 0]
+    for joint in range(chain.n_joint):
+        at, parent = chain.joint_at[joint], int(chain.joint_parent[joint])
+        # a knuckle that is a root token moves with it, whatever is known of its finger
+        is_known = parent == 0 and any(np.abs(at - other).max() < SAME_PLACE for other in known)
+        if carried[joint + 1] or is_known:
+            points.append((parent, at, joint, -1))
     groups: list[list[tuple[int, Array, int, int]]] = []
     for point in points:
         for group in groups:

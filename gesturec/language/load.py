@@ -42,7 +42,7 @@ def load_model(source: str | os.PathLike[str] | Source, limits: Limits = DEFAULT
     """
     loader = Loader(Findings(), limits)
     if isinstance(source, Source):
-        name, path, data = source.name, None, source.text.encode("utf-8", "surrogatepass")
+        name, path, data = source.name, None, bytes_of_text(source.text)
     else:
         name = path = os.fspath(source)
         data = loader.bytes_of(path, name, None) or b""
@@ -50,6 +50,14 @@ def load_model(source: str | os.PathLike[str] | Source, limits: Limits = DEFAULT
     if model is None:
         raise ModelError(loader.findings.sorted())
     return Model(model.main, model.includes, model.bodies, loader.findings.sorted())
+
+
+def bytes_of_text(text: str) -> bytes:
+    """The bytes of a text; those that were no UTF-8 when it was read (`surrogateescape`) as they were."""
+    try:
+        return text.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError:  # half of a surrogate pair, which the reader refuses where it stands
+        return text.encode("utf-8", "surrogatepass")
 
 
 @dataclass

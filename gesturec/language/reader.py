@@ -97,13 +97,32 @@ class Reader:
             yield from yaml.parse(self.source.text, Loader=PARSER)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
-            self.stop(
-                "bad-yaml", f"this is not YAML: {error.problem or error.context}", self.at(mark.index if mark else 0)
-            )
+            place = self.at(mark.index if mark else 0)
+            problem, help = self.told(place, str(error.problem or error.context))
+            self.stop("bad-yaml", f"this is not YAML: {problem}", place, help)
         except yaml.reader.ReaderError as error:
             self.stop("bad-yaml", f"this is not YAML: {error.reason}", self.at(error.position))
         except (yaml.YAMLError, ValueError, RecursionError) as error:
             self.stop("bad-yaml", f"this is not YAML: {error}".splitlines()[0], self.at(0))
+
+    def told(self, place: Span, problem: str) -> tuple[str, str | None]:
+        """What is wrong in an author's words, and what to write, for tabs and for lines that do not line up."""
+        before = self.source.line_text(place.line)[: place.column - 1]
+        if place.text == "\t" and not before.strip():
+            return "a tab cannot indent", "indent with spaces"
+        if not before.strip() and (column := self.column_above(place)) not in (None, place.column):
+            what = "list item" if place.text == "-" else "key"
+            return problem, f"the {what} above it begins in column {column}, this in {place.column}: line them up"
+        return problem, None
+
+    def column_above(self, place: Span) -> int | None:
+        """The column of the nearest item, or key, in the lines above; of the same kind as what stands at a place."""
+        for number in range(place.line - 1, 0, -1):
+            line = self.source.line_text(number)
+            bare = line.lstrip(" ")
+            if bare and bare[0] != "#" and bare.startswith("- ") == (place.text == "-"):
+                return len(line) - len(bare) + 1
+        return None
 
     def at(self, index: int) -> Span:
         """The place of one character, moved back from the end of the text to its last line."""

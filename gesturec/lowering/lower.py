@@ -204,17 +204,16 @@ class Lowering:
         return joint, cell.value * scale, cell.low * scale, cell.high * scale
 
     def state_cell(self, cell: BodyCell) -> JointCell:
-        """A joint's cell in a named state: of a quantised joint the cells of all levels that it takes in."""
+        """A joint's cell in a named state: of a quantised joint that of its level, or the levels that it takes in."""
         joint, value, low, high = self.cell(cell)
         body_joint = self.joints[joint]
         levels = cells(body_joint, self.body.scale if joint in self.slides else 1.0)
         slack = SAME * max(1.0, abs(value))
-        inside = [level for level in levels if low - slack <= level.value <= high + slack]
+        inside = [i for i, level in enumerate(levels) if low - slack <= level.value <= high + slack]
         if body_joint.source != "quantised" or not inside:
             return JointCell(joint, value, low, high)
-        if len(inside) > 1:
-            value = (inside[0].value + inside[-1].value) / 2
-        return JointCell(joint, value if len(inside) > 1 else inside[0].value, inside[0].low, inside[-1].high)
+        first, last = levels[inside[0]], levels[inside[-1]]
+        return JointCell(joint, first.value, first.low, last.high, tuple(inside) if len(inside) > 1 else ())
 
     def machine(self, machine: BodyMachine) -> LoweredMachine:
         limbs = [limb for limb in self.limbs if limb.name in machine.limbs]

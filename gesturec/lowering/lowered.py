@@ -93,12 +93,13 @@ class LoweredLimb:
 
 
 class JointCell(NamedTuple):
-    """What a named state says of one joint: its value and the edges of its cell."""
+    """What a named state says of one joint: its value and the edges of its cell, or of which levels it has each."""
 
     joint: int
     value: float
     low: float
     high: float
+    levels: tuple[int, ...] = ()  # of a quantised joint, where it takes in several
 
 
 @dataclass(frozen=True, slots=True)

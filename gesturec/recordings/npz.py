@@ -122,7 +122,7 @@ def _recording(arrays: dict[str, NDArray[Any]], path: Path, options: ReadOptions
     time, points, names = _numbers(arrays, "t", path), _numbers(arrays, "xyz", path), arrays["names"]
     _check_shapes(time, points, names, path)
     notes: list[str] = []
-    scale = length_scale(_text(arrays, "units", path), options.units, str(path), notes)
+    scale = length_scale(_text(arrays, "units", path), options.units, str(path), notes, foreign=True)
     infinite = ~np.isfinite(points).all(axis=2) & ~np.isnan(points).all(axis=2)
     if infinite.any():
         frame, point = np.argwhere(infinite)[0]

@@ -13,11 +13,12 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Final
 
+from gesturec.artifact.units import METRES
 from gesturec.diagnostics.errors import InputError
 from gesturec.recordings.limits import DEFAULT_MAX_VALUES
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
-from gesturec.recordings.units import METRES, metres_per
+from gesturec.recordings.units import metres_per
 
 Reader = Callable[[Path, ReadOptions], Recording]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import JOINT_TYPES
-from gesturec.recordings.units import METRES
+from gesturec.artifact.units import METRES, RADIANS
 from gesturec.runtime.status import STATUSES
 from gesturec.runtime.step import BodyPlaces, Decoding, GestureEvent
 
@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 UNDECIDED: Final = "?"
 POSE_COLUMNS: Final = ("pose.x", "pose.y", "pose.z", "pose.qx", "pose.qy", "pose.qz", "pose.qw")
 EVENT_COLUMNS: Final = ("gesture", "start", "end", "decided", "confidence")
-RADIANS: Final = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}
 SLIDE: Final = JOINT_TYPES.index("slide")
 SET_MASS: Final = 0.9
 """Posterior mass of the candidates that are told: the smallest set that reaches it."""

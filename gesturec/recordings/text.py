@@ -9,6 +9,7 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.artifact.units import METRES
 from gesturec.diagnostics.errors import InputError
 from gesturec.recordings.limits import MAX_LINE
 from gesturec.recordings.units import metres_per
@@ -69,8 +70,12 @@ def check_seen(values: NDArray[np.float64], names: Sequence[str], path: str, row
         raise InputError(message, path, rows[int(row)])
 
 
-def length_scale(stated: str | None, told: str | None, path: str, notes: list[str]) -> float:
-    """Metres per unit of a file: what the user told, else what the file states, else 1."""
+def length_scale(stated: str | None, told: str | None, path: str, notes: list[str], *, foreign: bool = False) -> float:
+    """Metres per unit of a file: what the user told, else what the file states, else 1.
+
+    A unit that is no length is an InputError where only people and this program write it. `foreign` files come from
+    other tools, which state units such as normalised image coordinates: a note, since a body's size is estimated.
+    """
     if told is not None:
         if stated is not None and metres_per(stated) != metres_per(told):
             notes.append(f"the file states `{stated}`; `{told}` was told and taken")
@@ -81,8 +86,11 @@ def length_scale(stated: str | None, told: str | None, path: str, notes: list[st
         return 1.0
     scale = metres_per(stated)
     if scale is None:
-        notes.append(f"the file's unit, `{stated}`, is no length; taken as metres")
-        return 1.0
+        if foreign:
+            notes.append(f"the file's unit, `{stated}`, is no length; taken as metres")
+            return 1.0
+        known = ", ".join(METRES)
+        raise InputError(f"the file's unit, `{stated[:40]}`, is no length ({known}); --units says what it is", path)
     return scale
 
 

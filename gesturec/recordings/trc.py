@@ -46,7 +46,7 @@ def load_trc(path: Path, options: ReadOptions) -> Recording:
     check_times(table[:, 0], str(path), rows)
     check_seen(points, names, str(path), rows)
     notes = _notes(facts, len(table))
-    scale = length_scale(facts.get("Units"), options.units, str(path), notes)
+    scale = length_scale(facts.get("Units"), options.units, str(path), notes, foreign=True)
     rate = parse_number(facts.get("DataRate", ""))
     return Recording(
         name=str(path),

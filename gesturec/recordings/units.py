@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from gesturec.artifact.manifest import UPWARDS
-
-METRES: Final = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
+from gesturec.artifact.units import METRES
 
 SPELLINGS: Final = {
     "metre": "m",

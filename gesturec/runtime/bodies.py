@@ -22,7 +22,7 @@ from gesturec.runtime.body import lay_out
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import Points
 from gesturec.runtime.machines import Shown
-from gesturec.runtime.options import Options
+from gesturec.runtime.options import options_of
 from gesturec.runtime.record import make_record, make_step
 from gesturec.runtime.relations import relate
 from gesturec.runtime.session import Session
@@ -49,7 +49,7 @@ class BodiesSession(Session):
     """Decode several bodies; `Session` of a model that has them."""
 
     def __init__(self, artifact: Artifact, **options: Any) -> None:
-        self.options = Options(**options)
+        self.options = options_of(options)
         self.artifact = artifact
         self.body = lay_out(artifact, self.options.period)
         self.plan = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
@@ -68,6 +68,7 @@ class BodiesSession(Session):
         for part, run in zip(self.parts, self._tokens, strict=True):
             part._take(Points(points.measured[run], points.covariance[run], points.bound[run]), time)
         self._memory = self.parts[0]._memory
+        self.noise = float(np.sqrt(np.mean([part.noise**2 for part in self.parts])))
 
     def _settle(self) -> Step:
         """Decide the oldest frame held back."""

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import Chain, chain_of, complete_angles, forward, token_positions
-from gesturec.runtime.emission import ROOT_FRAME, Frame, levers
+from gesturec.runtime.emission import levers
+from gesturec.runtime.hanging import Route, make_route
 from gesturec.runtime.reach import Graph, machine_graph
 from gesturec.runtime.relations import Relation, relations_of
 
@@ -42,6 +43,7 @@ class Body:
     state_start: NDArray[np.int64]
     middle: Array
     own_noise: Array  # (n_token,) m; NaN: the session's
+    routes: tuple[Route | None, ...]  # one a machine: the limbs that it hangs from; None: the root
     relations: tuple[Relation, ...]
 
     @property
@@ -66,14 +68,6 @@ class Body:
         out on a limb gets more.
         """
         return np.asarray(shape_square * np.maximum(1.0, self.levers[machine] / self.size) ** 2)
-
-    def parent_frame(self, machine: int, angles: Array) -> Frame:
-        """Frame in which a machine's table is, in the intrinsic one, for joint values (n_joint,)."""
-        segment = self.machines[machine].parent
-        if segment == 0:
-            return ROOT_FRAME
-        rotation, translation = forward(self.chain, complete_angles(self.chain, angles))
-        return Frame(rotation[segment], translation[segment])
 
 
 def lay_out(artifact: Artifact, period: float) -> Body:
@@ -103,6 +97,7 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         start.astype(np.int64),
         middle,
         columns["token_noise"],
+        tuple(make_route(artifact, chain, tables) for tables in machines),
         relations_of(artifact),
     )
 

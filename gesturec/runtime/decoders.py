@@ -19,12 +19,15 @@ def make_decoders(body: Body, options: Options) -> tuple[Decoder, ...]:
     firsts = start_masks(body.artifact, options.start)
     machines = list(zip(body.machines, body.graphs, body.levers, firsts, strict=True))
     if options.decoder == "nearest":
-        return tuple(Nearest(tables, graph, lever, first, options.growing) for tables, graph, lever, first in machines)
+        return tuple(
+            Nearest(tables, graph, lever, first, options.sure, options.growing)
+            for tables, graph, lever, first in machines
+        )
     ring = SEMIRINGS[options.decoder]
     lattices = [machine_lattice(body.artifact, body.chain, tables) for tables in body.machines]
     chains = [_chain(lattice, graph, ring) for lattice, (_, graph, _, _) in zip(lattices, machines, strict=True)]
     return tuple(
-        WindowDecoder(tables, chain, lever, first)
+        WindowDecoder(tables, chain, lever, first, options.sure)
         for chain, (tables, _, lever, first) in zip(chains, machines, strict=True)
     )
 

@@ -55,10 +55,9 @@ class Points(NamedTuple):
 
 
 def gather_evidence(
-    tables: MachineTables, points: Points, pose: PoseEstimate, frame: Frame, shape: Array
+    tokens: NDArray[np.int64], points: Points, pose: PoseEstimate, frame: Frame, shape: Array
 ) -> Evidence | None:
-    """Evidence of a machine's tokens; None where none is seen. `shape` (n_token,) is variance to allow each, m^2."""
-    tokens = np.asarray(tables.tokens)
+    """Evidence of tokens in a frame; None where none is seen. `shape` (n_token,) is variance to allow each, m^2."""
     seen = seen_rows(points.measured[tokens])
     if not seen.any():
         return None

@@ -50,6 +50,7 @@ class Nearest:
     graph: Graph
     lever: Array  # (n_token,)
     first: Mask  # (n_state,) states in which a take may begin
+    sure: float  # probability below which no state is told
     growing: bool = True
     hold: float = HOLD
 
@@ -104,6 +105,8 @@ class Nearest:
         tied = np.flatnonzero(reachable <= reachable[best] + TIE)
         if evidence.hidden and len(tied) > 1:
             return self._tied(belief, decision, reachable, tied)
+        if decision.probability[best] < self.sure:
+            return self._settle(best, replace(decision, status="undecided"))
         return self._settle(best, replace(decision, state=best, status="partial" if evidence.hidden else "ok"))
 
     def _settle(self, state: int, decision: Decision) -> tuple[Carried, Decision]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from numbers import Real
 from typing import Any, Final, Literal
 
 DECODERS: Final = ("nearest", "viterbi", "forward", "fuzzy")
@@ -32,6 +33,9 @@ class Options:
         Size of the body over the model's; None: estimated.
     start
         Pose in which the take begins; None: any state.
+    sure
+        Probability, 0 to 1, from which on a machine's most probable state is told; below it none is chosen and
+        its candidates are. The default tells nearly all: the fewest errors where undecided counts as one.
     growing
         Whether the allowed set of `nearest` grows over a gap; False: the source paper's literal rule.
     names
@@ -42,11 +46,12 @@ class Options:
 
     rate: float | None = None
     bind: str | Mapping[str, Any] | None = None
-    decoder: str = "nearest"
+    decoder: str = "forward"
     lag: float | Literal["offline"] = 0.0
     noise: float | None = None
     scale: float | None = None
     start: str | None = None
+    sure: float = 0.1
     growing: bool = True
     names: tuple[str, ...] | None = None
     up: str | None = None
@@ -56,9 +61,13 @@ class Options:
             raise ValueError(f"decoder `{self.decoder}` is none of {', '.join(DECODERS)}")
         for name in ("rate", "noise", "scale"):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
+            if value is not None and not (_is_number(value) and value > 0):
                 raise ValueError(f"`{name}` is {value!r}: a positive number is needed")
-        if self.lag != "offline" and not (math.isfinite(float(self.lag)) and float(self.lag) >= 0):
+        if not self.growing and self.decoder != "nearest":
+            raise ValueError(f"`growing` is of the decoder `nearest`, not of `{self.decoder}`")
+        if not (_is_number(self.sure) and 0 <= self.sure <= 1):
+            raise ValueError(f"`sure` is {self.sure!r}: a probability is needed, 0 to 1")
+        if self.lag != "offline" and not (_is_number(self.lag) and float(self.lag) >= 0):
             raise ValueError(f"`lag` is {self.lag!r}: seconds, 0 or more, or `offline`")
         if self.lag != "offline" and self.lag_frames > LONGEST_LAG:
             raise ValueError(f"`lag` is {self.lag_frames} frames; the limit is {LONGEST_LAG} (use `offline`)")
@@ -72,3 +81,17 @@ class Options:
     def lag_frames(self) -> int:
         """Frames that a decision is held back; for ``offline`` this is unbounded and -1 is returned."""
         return -1 if self.lag == "offline" else round(float(self.lag) / self.period)
+
+
+def options_of(given: Mapping[str, Any]) -> Options:
+    """A session's options by name; ValueError for one that there is not, with those that there are."""
+    known = [field.name for field in fields(Options)]
+    for name in given:
+        if name not in known:
+            raise ValueError(f"a session has no option `{name}`; there are {', '.join(known)}")
+    return Options(**given)
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a finite real number; text that reads like one, and truths, are none."""
+    return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)

@@ -58,7 +58,7 @@ def _frame_status(decisions: Sequence[Decision], pose: PoseEstimate | None, meas
     words = [d.status for d in decisions]
     # one limb that fits no state is that limb's matter; the frame is a misfit where most that are seen are
     if 2 * words.count("misfit") <= sum(d.seen > 0 for d in decisions):
-        words = ["undecided" if word == "misfit" else word for word in words]
+        words = ["partly-misfit" if word == "misfit" else word for word in words]
     return gravest((*words, "ok" if pose.status == "ok" else pose.status))
 
 

@@ -26,7 +26,7 @@ from gesturec.runtime.gains import Gains
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
 from gesturec.runtime.machines import Shown, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
-from gesturec.runtime.options import Options
+from gesturec.runtime.options import options_of
 from gesturec.runtime.pose import PoseEstimate, start_size
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.record import make_record, make_step
@@ -59,6 +59,8 @@ class Session:
         For an unknown binding, decoder or nonsense number. Nothing raises after construction.
     """
 
+    noise: float = math.nan  # m: standard deviation of a point along an axis, as believed after the last frame
+
     def __new__(cls, artifact: Artifact, **options: Any) -> Session:
         """Of a model of several bodies, a session of several."""
         if cls is Session and artifact.manifest.bodies:
@@ -68,7 +70,7 @@ class Session:
         return super().__new__(cls)
 
     def __init__(self, artifact: Artifact, **options: Any) -> None:
-        self.options = Options(**options)
+        self.options = options_of(options)
         self.artifact = artifact
         self.body: Body = lay_out(artifact, self.options.period)
         self.plan: Plan | None = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
@@ -110,14 +112,14 @@ class Session:
         self.counts["frames"] += 1
         moment = _number(time)
         if not moment > self._memory.time:
-            return self._refuse("time-refused", moment, f"time {moment:g} does not come after {self._memory.time:g}")
+            return self._nothing("time-refused", moment, _time_message(time, moment, self._memory.time))
         try:
             bound = self._bind(points, covariance)
         except (InputRefused, ValueError, TypeError) as error:
-            return self._refuse("input-refused", moment, str(error))
+            return self._nothing("input-refused", moment, str(error))
         self._take(bound, moment)
         lag = self.options.lag_frames
-        return self._settle() if 0 <= lag < len(self._window) else self._count(Step(-1, math.nan, "starting"))
+        return self._settle() if 0 <= lag < len(self._window) else self._nothing("starting", math.nan)
 
     def finish(self) -> list[Step]:
         """What was still held back, in order; the session is as new afterwards."""
@@ -132,6 +134,7 @@ class Session:
         size = self._size
         self._memory, moment = take(self.body, self._pose, self._tracker, self._memory, size, points, self._frame, time)
         self._frame += 1
+        self.noise = float(np.sqrt(np.trace(self._memory.noise.covariance) / 3))
         self._window.append(Shown(moment, None))
         if not self.options.growing:
             self._literal_pose(self._window[-1])
@@ -184,7 +187,9 @@ class Session:
     def _bind(self, points: Given, covariance: ArrayLike | None) -> Points:
         """Rows of tokens, with whatever is not finite as not seen."""
         if isinstance(points, Mapping):
-            names, rows = tuple(str(n) for n in points), _rows(list(points.values()))
+            if not points:
+                return self._no_points()
+            names, rows = tuple(str(n) for n in points), _rows_by_name(points)
         else:
             names, rows = None, _rows(points)
         used = self._plan_for(names, len(rows))
@@ -196,6 +201,11 @@ class Session:
         if spread.shape != (len(rows), 3, 3):
             raise InputRefused(f"covariance has the shape {spread.shape}, not {(len(rows), 3, 3)}")
         return Points(measured, used.apply_covariance(spread), bound)
+
+    def _no_points(self) -> Points:
+        """A frame in which nothing was tracked."""
+        n_token = self.body.n_token
+        return Points(np.full((n_token, 3), np.nan), np.full((n_token, 3, 3), np.nan), np.zeros(n_token, dtype=bool))
 
     def _plan_for(self, names: tuple[str, ...] | None, n_row: int) -> Plan:
         """The binding in use, found by the first frame where construction could not know it."""
@@ -210,8 +220,10 @@ class Session:
             raise InputRefused(f"{n_row} points came; the binding `{self.plan.binding.name}` has {self.plan.n_point}")
         return self.plan
 
-    def _refuse(self, status: str, time: float, message: str) -> Step:
-        return self._count(Step(-1, time, status, message=message))
+    def _nothing(self, status: str, time: float, message: str = "") -> Step:
+        """A step that decides nothing of any machine."""
+        names = self.artifact.manifest.machines
+        return self._count(Step(-1, time, status, dict.fromkeys(names), dict.fromkeys(names, ()), message=message))
 
     def _count(self, step: Step) -> Step:
         self.counts[step.status] += 1
@@ -233,6 +245,27 @@ def _number(time: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         return math.nan
     return value if math.isfinite(value) else math.nan
+
+
+def _time_message(given: Any, moment: float, last: float) -> str:
+    """Why a time is refused."""
+    if math.isnan(moment):
+        return f"the time is {given!r:.60}, which is no finite number"
+    return f"time {moment:g} does not come after {last:g}"
+
+
+def _rows_by_name(points: Mapping[str, ArrayLike]) -> Array:
+    """Points as (n, 3) floats; InputRefused with the name of what is none."""
+    rows = np.empty((len(points), 3))
+    for row, (name, value) in enumerate(points.items()):
+        try:
+            point = np.asarray(value, dtype=float)
+        except (ValueError, TypeError):
+            raise InputRefused(f"`{name}` is {value!r:.60}, not three numbers") from None
+        if point.shape != (3,):
+            raise InputRefused(f"`{name}` has the shape {point.shape}, not (3,)")
+        rows[row] = point
+    return rows
 
 
 def _rows(points: Any) -> Array:

@@ -32,7 +32,6 @@ DOUBT_PROBABILITY: Final = 0.99  # quantile of a limb's own fit beyond which som
 MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
 MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
 CHECKPOINT: Final = 64  # frames between beliefs that are kept when a whole take is smoothed
-UNSURE: Final = 0.1  # posterior of the best state below which none is chosen: nine times in ten it were wrong
 
 
 class Carried(NamedTuple):
@@ -51,6 +50,7 @@ class WindowDecoder:
     chain: LatticeChain | GraphChain
     lever: Array
     first: Mask  # (n_state,) states in which a take may begin
+    sure: float  # probability below which no state is told
 
     def start(self) -> Carried:
         """Nothing known."""
@@ -166,10 +166,10 @@ class WindowDecoder:
 
     def _status(self, now: Sight, misfit: float, posterior: Array) -> str:
         if now.evidence is None:
-            return "any" if posterior.max() < UNSURE else "coasting"
+            return "any" if posterior.max() < self.sure else "coasting"
         if misfit > MISFIT_SHARE:
             return "misfit"
-        if posterior.max() < UNSURE:
+        if posterior.max() < self.sure:
             return "undecided"
         return "partial" if now.evidence.hidden else "ok"
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.artifact.units import METRES, RADIANS
 from gesturec.diagnostics.errors import InputError
 from gesturec.score.levels import QUANTISED
 from gesturec.score.tables import UNDECIDED, StateTable
@@ -20,8 +21,6 @@ from gesturec.score.tables import UNDECIDED, StateTable
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
 
-LENGTH: Final = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}  # m
-ANGLE: Final = {"rad": 1.0, "deg": np.pi / 180, "rev": 2 * np.pi}  # rad
 SLIDE: Final = 1  # index into columns.JOINT_TYPES
 DIGITS: Final = 9  # of a level's label: what writers of CSV files agree on
 
@@ -66,7 +65,7 @@ def _level_values(name: str, artifact: Artifact) -> NDArray[np.float64]:
         return np.zeros(0)
     start, count = columns["joint_level_start"][joint], columns["joint_level_count"][joint]
     slides = columns["joint_type"][joint] == SLIDE
-    unit = LENGTH[manifest.units["length"]] if slides else ANGLE[manifest.units["angle"]]
+    unit = METRES[manifest.units.get("length", "m")] if slides else RADIANS[manifest.units.get("angle", "rad")]
     values: NDArray[np.float64] = columns["level_value"][start : start + count] / unit
     return values
 

@@ -18,7 +18,7 @@ from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.diagnostics.errors import InputError
 from gesturec.expansion.curve import natural_spline, periodic_spline
 from gesturec.simulate.itinerary import Itinerary, Wishes, cheapest, relation_tables, samples_forward, samples_on
-from gesturec.simulate.motion import REST_SHARE, minimum_jerk
+from gesturec.simulate.motion import PEAK, REST_SHARE, minimum_jerk
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -35,9 +35,6 @@ IDLE: Final = 0.5
 
 BLEND: Final = 0.3
 """Seconds in which a body goes over from rest to its cycle, where that is slow enough for its joints."""
-
-PEAK: Final = 1.875
-"""Greatest speed of a minimum-jerk move over its mean speed."""
 
 PACES: Final = (1.0, 0.9, 1.1, 0.8, 1.25, 0.65, 1.5)
 """Periods that are tried, over the one preferred: poses that are far apart in a stride may need another."""

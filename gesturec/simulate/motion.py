@@ -17,6 +17,15 @@ REST_SHARE: Final = 0.15
 """Share of the time between two keys that is rest at either end, so that every pose is held for a moment."""
 
 
+PEAK: Final = 1.875
+"""Greatest speed of a minimum-jerk move over its mean speed."""
+
+
+def farthest_move(speed: Array, period: float) -> Array:
+    """How far joints of some greatest speeds get from one key to the next, `period` seconds later."""
+    return np.asarray(speed * period * (1 - 2 * REST_SHARE) / PEAK)
+
+
 def minimum_jerk(s: Array) -> Array:
     """How far along a move is, 0 to 1, at the share `s` of its time.
 

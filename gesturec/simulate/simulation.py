@@ -22,9 +22,9 @@ from gesturec.recordings.rig import Rig
 from gesturec.simulate.cycles import Course, Moment, are_tied, companies, courses, going_machines
 from gesturec.simulate.hiding import Hidden, hide
 from gesturec.simulate.itinerary import relation_tables
-from gesturec.simulate.motion import frame_times, through_keys
+from gesturec.simulate.motion import farthest_move, frame_times, through_keys
 from gesturec.simulate.standing import of_tokens, stand_apart, true_places
-from gesturec.simulate.states import angles_of, nearest_state, pose_choice, pose_states, rest_states
+from gesturec.simulate.states import angles_of, nearest_of, nearest_state, pose_choice, pose_states, rest_states
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ MAX_FRAMES: Final = 10_000_000
 """Frames of a simulated take: a day at 100 Hz."""
 
 RANDOM_KEY_PERIOD: Final = 0.5
-"""Seconds a random take spends from one random configuration to the next."""
+"""Seconds a random take spends from one random configuration to the next, where no joint needs longer."""
 
 MIDDLE_PACE: Final = 0.5
 """Of a path's cycles: between the longest period that the model expects (0) and the shortest (1)."""
@@ -176,18 +176,43 @@ def _path_keys(artifact: Artifact, path: tuple[str, ...]) -> Array:
 
 
 def _random_keys(artifact: Artifact, duration: float, random: np.random.Generator) -> Array:
-    """Random configurations, one every `RANDOM_KEY_PERIOD`, from rest; what relations forbid is drawn again."""
-    count = max(1, round(duration / RANDOM_KEY_PERIOD))
+    """Random configurations in turn, from rest, each as far from the last as the joints' speeds let it be.
+
+    What relations forbid is drawn again.
+    """
+    count = max(1, round(duration / _random_period(artifact)))
     keys = [angles_of(artifact, rest_states(artifact))]
     sizes = [len(tables.state_names) for tables in artifact.machines()]
-    allowed = _relations(artifact)
+    allowed, farthest = _relations(artifact), farthest_move(artifact.columns["joint_max_speed"], duration / count)
     for _ in range(count):
         draw = (random.integers(0, sizes) for _ in range(1000))
-        states = next((list(map(int, states)) for states in draw if allowed(states)), None)
+        near = (_within(artifact, list(map(int, states)), keys[-1], farthest) for states in draw)
+        states = next((states for states in near if allowed(states)), None)
         if states is None:
             raise InputError("the model's relations leave no room for random configurations", "--random")
-        keys.append(angles_of(artifact, states))
+        keys.append(angles_of(artifact, states.tolist()))
     return np.array(keys)
+
+
+def _random_period(artifact: Artifact) -> float:
+    """Seconds from one random configuration to the next: enough for every joint to change its level."""
+    columns, longest = artifact.columns, RANDOM_KEY_PERIOD
+    for joint, speed in enumerate(columns["joint_max_speed"]):
+        start, count = (int(columns[f"joint_level_{part}"][joint]) for part in ("start", "count"))
+        gap = float(np.diff(columns["level_value"][start : start + count]).max(initial=0.0))
+        longest = max(longest, gap / float(farthest_move(speed, 1.0)))
+    return longest
+
+
+def _within(artifact: Artifact, states: list[int], before: Array, farthest: Array) -> NDArray[np.int64]:
+    """The states nearest to `states` that are no farther from the joint values `before` than the joints may move."""
+    wanted = np.clip(angles_of(artifact, states), before - farthest, before + farthest)
+    found = []
+    for machine, tables in enumerate(artifact.machines()):
+        move = np.abs(tables.angle - before[tables.joints])
+        near = np.flatnonzero((move <= farthest[tables.joints] + 1e-9).all(axis=1))
+        found.append(nearest_of(artifact, machine, near, wanted) if len(near) else states[machine])
+    return np.array(found)
 
 
 def _relations(artifact: Artifact) -> Callable[[NDArray[np.int64]], bool]:

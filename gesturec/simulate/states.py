@@ -27,6 +27,9 @@ KEYED: Final = VALUE_SOURCES.index("keyed")
 TIE: Final = 1e-9
 """Distances in levels closer than this are equal, and the lower id is taken."""
 
+MOST_NAMES: Final = 10
+"""Poses that a message tells."""
+
 BLOCK: Final = 4_000_000
 """Numbers in one block of distances; 32 MB."""
 
@@ -101,6 +104,14 @@ def nearest_state(artifact: Artifact, machine: int, angles: Array) -> NDArray[np
     return found
 
 
+def nearest_of(artifact: Artifact, machine: int, among: Ids, angles: Array) -> int:
+    """The one of some states that is nearest to one configuration (n_joint,); the lowest id at a tie."""
+    measure = ruler(artifact, machine)
+    states = measure.measure(artifact.machine(machine).angle[among][:, measure.columns])
+    distance = np.square(states - measure.measure(angles[measure.joints])).sum(axis=1)
+    return int(among[np.argmax(distance <= distance.min() + TIE)])
+
+
 def rest_states(artifact: Artifact) -> list[int]:
     """Each machine's state nearest to zero: where a path begins before its first pose."""
     zero = np.zeros((1, len(artifact.manifest.joints)))
@@ -120,6 +131,13 @@ def pose_states(artifact: Artifact, pose: str, before: list[int]) -> list[int]:
     return chosen
 
 
+def _some(poses: Sequence[str]) -> str:
+    """A few poses, those of the whole body first."""
+    whole = sorted(poses, key=lambda pose: "." in pose)
+    more = f" and {len(whole) - MOST_NAMES} more" if len(whole) > MOST_NAMES else ""
+    return (", ".join(whole[:MOST_NAMES]) or "none") + more
+
+
 def pose_choice(artifact: Artifact, pose: str, machine: int, before: int) -> Choice:
     """The states of one machine in `pose`, and how near each state is to what the pose wants.
 
@@ -131,7 +149,7 @@ def pose_choice(artifact: Artifact, pose: str, machine: int, before: int) -> Cho
     manifest = artifact.manifest
     if pose not in manifest.poses:
         hint = nearest(pose, manifest.poses)
-        help_ = f"; did you mean `{hint}`?" if hint else f"; it has {', '.join(manifest.poses) or 'none'}"
+        help_ = f"; did you mean `{hint}`?" if hint else f"; it has {_some(manifest.poses)}"
         raise InputError(f"the model has no pose `{pose}`{help_}", "--path")
     truth = artifact.columns["pose_state"][manifest.poses.index(pose)]
     allowed = truth[artifact.states(machine)] != 0

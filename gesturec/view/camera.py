@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 LYING: Final = 0.75
 # Cosine between y and the direction in which a body is thinnest from which on it is flat across y
 FLAT_ACROSS_Y: Final = 0.9
+# Cosine between y and the way from the root to its limbs, on average over the states, from which on a body is upright
+UPRIGHT: Final = 0.8
 # Share of the frames whose body fits the picture; the others may reach over its edge
 MOSTLY: Final = 0.95
 TURN, RAISE = np.deg2rad(24.0), np.deg2rad(14.0)
@@ -24,7 +26,12 @@ RAISE_LYING: Final = np.deg2rad(50.0)
 
 
 def first_camera(
-    rest: Floats, moving: Floats, root: tuple[int, ...], rotation: Floats | None, up: Floats | None
+    rest: Floats,
+    moving: Floats,
+    root: tuple[int, ...],
+    rotation: Floats | None,
+    up: Floats | None,
+    usual: Floats | None = None,
 ) -> dict[str, Any]:
     """Where the camera stands.
 
@@ -40,6 +47,8 @@ def first_camera(
         Intrinsic frame to world in the first frame with a pose; None if there is none.
     up
         The world's upward direction; None if unknown.
+    usual
+        Nodes in the intrinsic frame on average over the states, shape (n_node, 3), m; None: as at rest.
 
     Returns
     -------
@@ -50,22 +59,32 @@ def first_camera(
     frames = moving if len(moving) else rest[None]
     turned = np.eye(3) if rotation is None else rotation
     limbs = np.setdiff1d(np.arange(len(rest)), root)
-    axes = np.linalg.svd(rest - rest.mean(axis=0), full_matrices=True)[2]
-    reach = rest[limbs].mean(axis=0) - rest[list(root)].mean(axis=0) if len(limbs) and root else np.ones(3)
+    rises = bool(abs(_unit(_reach(rest if usual is None else usual, limbs, root))[1]) > UPRIGHT)
+    shape = frames.mean(axis=0) if rises else rest
+    axes = np.linalg.svd(shape - shape.mean(axis=0), full_matrices=True)[2]
+    reach = _reach(rest, limbs, root)
     along = _pointing(axes[0], reach)
     thin = _pointing(axes[2], (frames.mean(axis=0) - rest).mean(axis=0))
-    vertical = np.asarray(up, float) if up is not None else turned @ _guessed_up(along, thin)
+    vertical = np.asarray(up, float) if up is not None else turned @ _guessed_up(along, thin, rises)
     along, thin = turned @ along, turned @ thin
     toward = _standing(thin, vertical) if abs(thin @ vertical) < LYING else _lying(along, vertical)
     return {"toward": toward.tolist(), "up": vertical.tolist(), "radius": max(_radius(frames), 1e-3)}
 
 
-def _guessed_up(along: Floats, thin: Floats) -> Floats:
+def _reach(nodes: Floats, limbs: NDArray[np.int64], root: tuple[int, ...]) -> Floats:
+    """From the middle of the root to that of the limbs."""
+    if not len(limbs) or not root:
+        return np.ones(3)
+    return np.asarray(nodes[limbs].mean(axis=0) - nodes[list(root)].mean(axis=0))
+
+
+def _guessed_up(along: Floats, thin: Floats, rises: bool) -> Floats:
     """What is taken for up in the intrinsic frame: y, as bodies are mostly written, else where the limbs point.
 
-    A body that is flat across y, like a hand, would lie on its back and is stood up instead.
+    A body that is flat across y, like a hand, would lie on its back and is stood up instead; but not one whose limbs
+    are mostly above or below its root, like a lamp or legs, which is flat only as its first state happens to be.
     """
-    return along if abs(thin[1]) > FLAT_ACROSS_Y else np.array([0.0, 1.0, 0.0])
+    return along if not rises and abs(thin[1]) > FLAT_ACROSS_Y else np.array([0.0, 1.0, 0.0])
 
 
 def _radius(frames: Floats) -> float:

@@ -61,6 +61,8 @@ MOST_GRAPH_STATES: Final = 2000
 MOST_TRANSITIONS: Final = 200_000
 # A candidate less probable than this is not counted as possible
 LEAST_PROBABILITY: Final = 1e-3
+# States of each machine from which it is told where its limbs mostly are
+SAMPLED_STATES: Final = 64
 
 _AXES: Final = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
 
@@ -176,7 +178,16 @@ def _camera(
     known = np.flatnonzero(np.isfinite(decoding.pose_rotation).all(axis=(1, 2)))
     rotation = decoding.pose_rotation[known[0]] if len(known) else None
     size = float(np.nanmedian(decoding.scale)) if np.isfinite(decoding.scale).any() else 1.0
-    return first_camera(rest * size, nodes, skeleton.hull, rotation, up)
+    states = node_positions(artifact, skeleton, complete_angles(chain_of(artifact.columns), _sampled_angles(artifact)))
+    return first_camera(rest * size, nodes, skeleton.hull, rotation, up, states.mean(axis=0) * size)
+
+
+def _sampled_angles(artifact: Artifact) -> Floats:
+    """Joint values of states spread evenly over each machine's, shape (n_sample, n_joint); the others' are zero."""
+    angles = np.zeros((SAMPLED_STATES, len(artifact.manifest.joints)))
+    for tables in artifact.machines():
+        angles[:, tables.joints] = tables.angle[np.arange(SAMPLED_STATES) * len(tables.angle) // SAMPLED_STATES]
+    return angles
 
 
 def _rest_angles(artifact: Artifact) -> Floats:
@@ -269,10 +280,10 @@ def _event(event: GestureEvent) -> dict[str, Any]:
 
 
 def _poses(artifact: Artifact, decoding: Decoding, frames: NDArray[np.int64]) -> list[dict[str, Any]]:
-    """Poses that hold in some frame."""
+    """Poses that hold in some frame, or may."""
     poses = decoding.poses[frames]
     return [
         {"name": name, "value": pack(poses[:, pose], "u1")}
         for pose, name in enumerate(artifact.manifest.poses)
-        if (poses[:, pose] == 1).any()
+        if (poses[:, pose] != 0).any()
     ]

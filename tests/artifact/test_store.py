@@ -233,6 +233,12 @@ HUGE = 1 << 39
         with_manifest(parameters={"\udfff": 1}),
         with_manifest(scale=10**400),
         with_manifest(scale=0.0),
+        with_manifest(units={"angle": "parsec"}),
+        with_manifest(units={"mass": "kg"}),
+        with_manifest(token_colors={TOKEN: "</script>"}),
+        with_manifest(groups={"a": ["b"], "b": ["a"]}),
+        with_manifest(gestures=[{}]),
+        with_manifest(tests=[{"name": "x"}]),
         with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: []}, "order": [], "up": None}]),
         with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {}}, "order": [], "up": None}]),
         with_manifest(bindings=[{"name": "x", "tokens": {TOKEN: {"a": 0.5}}, "order": [], "up": None}]),
@@ -257,6 +263,12 @@ HUGE = 1 << 39
         "half a pair as a key",
         "scale beyond floats",
         "scale of zero",
+        "unit that is none",
+        "unit of mass",
+        "color that is a page",
+        "group in itself",
+        "gesture without a name",
+        "test of a name alone",
         "weights as a list",
         "no weights",
         "weights of a half",
@@ -317,6 +329,10 @@ def _set(index: int, value: float) -> Callable[[np.ndarray], None]:
         ("fine_level", _set(0, 9)),
         ("level_value", _set(1, -1.0)),
         ("token_segment", _set(0, -1)),
+        ("joint_fine_count", _set(0, 0)),
+        ("joint_level_count", _set(0, 0)),
+        ("joint_fine_count", _set(0, 1)),
+        ("machine_parent", _set(0, 2)),
         ("machine_tick", _set(0, 0.0)),
         ("machine_tick", _set(0, -1.0)),
         ("machine_tick", _set(0, 5e-324)),
@@ -355,3 +371,18 @@ def test_a_pose_that_speaks_of_the_time_before_is_refused(hand: Artifact) -> Non
             validate(hand.manifest, columns)
     with pytest.raises(ArtifactError, match="time before"):
         validate(hand.manifest, columns)
+
+
+def test_saving_follows_links_and_leaves_what_was_there_when_it_fails(tmp_path: Path) -> None:
+    real, link = tmp_path / "real.gcm", tmp_path / "link.gcm"
+    link.symlink_to(real)
+    save(HAND, link)
+    assert link.is_symlink() and real.read_bytes() == FILE
+    with pytest.raises(ArtifactError, match="`/dev/full` cannot be written: No space left on device"):
+        save(HAND, "/dev/full")
+
+
+def test_a_missing_file_is_named_once() -> None:
+    with pytest.raises(ArtifactError) as caught:
+        load("none.gcm")
+    assert str(caught.value) == "`none.gcm` cannot be read: No such file or directory"

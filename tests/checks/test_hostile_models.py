@@ -68,3 +68,32 @@ def test_wishes_of_poses_are_not_doubled() -> None:
 def test_versions_that_are_none(version: str) -> None:
     (finding,) = errors(HEAD.replace("gesturec: 1", f"gesturec: {version}"))
     assert finding.rule in ("bad-choice", "bad-number", "limit-exceeded")
+
+
+def limbs(written: str, count: int, backwards: bool = False) -> str:
+    """`count` limbs, each from the one before it."""
+    lines = ["  n0: {template: finger}\n"] + [f"  n{i}: {{{written.format(f'n{i - 1}')}}}\n" for i in range(1, count)]
+    template = "templates:\n  finger: {chain: [{joint: p, axis: z, levels: [0, 30]}, {token: t, at: [9, 0, 0]}]}\n"
+    return HEAD.partition("limbs:")[0] + template + "limbs:\n" + "".join(lines[::-1] if backwards else lines)
+
+
+@pytest.mark.parametrize("backwards", [False, True], ids=["forwards", "backwards"])
+@pytest.mark.parametrize(
+    ("written", "count"),
+    [("mirror: {0}, across: z", 900), ("template: finger, parent: {0}.p", 900), ("template: finger", 5000)],
+    ids=["mirrors", "parents", "many"],
+)
+def test_limbs_made_of_limbs_end(written: str, count: int, backwards: bool) -> None:
+    assert [finding.rule for finding in errors(limbs(written, count, backwards))] == ["limit-exceeded"]
+
+
+@pytest.mark.parametrize("backwards", [False, True], ids=["forwards", "backwards"])
+def test_groups_may_be_made_of_groups(backwards: bool) -> None:
+    lines = ["  n0: [arm]\n"] + [f"  n{i}: [n{i - 1}, n{i - 1}]\n" for i in range(1, 1500)]
+    assert errors(HEAD + "groups:\n" + "".join(lines[::-1] if backwards else lines)) == []
+
+
+def test_parameters_defined_by_each_other_without_end() -> None:
+    lines = [f"  n{i}: $n{i - 1} + 1\n" for i in range(1500, 0, -1)]
+    text = HEAD.replace("limbs:", "parameters:\n" + "".join(lines) + "  n0: 1\nlimbs:")
+    assert [finding.rule for finding in errors(text)] == ["limit-exceeded"]

@@ -13,6 +13,7 @@ import pytest
 from gesturec.cli import main as main_module
 from gesturec.cli.main import COMMANDS, NOT_BUILT, main
 from gesturec.cli.output import text_output
+from gesturec.runtime.status import STATUSES
 
 ROOT = Path(__file__).parent.parent.parent
 Capture = pytest.CaptureFixture[str]
@@ -40,6 +41,19 @@ def test_every_command_has_its_module_and_its_help(capsys: Capture) -> None:
         out = capsys.readouterr().out
         assert out.startswith(f"usage: gesturec {name}")
         assert "--json" in out, f"{name} prints facts and takes no --json"
+
+
+def test_a_status_of_a_frame_is_explained_as_a_rule_is(capsys: Capture) -> None:
+    for status in STATUSES:
+        assert main(["explain", status.name]) == 0
+        assert status.doc in capsys.readouterr().out
+    assert main(["explain", "misfit", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["status"] == "misfit"
+    assert main(["explain"]) == 0
+    listed = capsys.readouterr().out
+    assert "unknown-joint" in listed and "coasting" in listed
+    assert main(["explain", "misift"]) == 2
+    assert "did you mean `misfit`" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -111,5 +111,28 @@ def test_the_demo_writes_its_page_and_opens_nothing(
     assert main(["demo", "--no-open", "-o", str(page), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["page"] == str(page)
-    assert facts["decided"] > 0.9 and facts["exact"] > 0.8
+    assert facts["exact_seen"] > 0.85, "what is seen is right"
+    assert facts["exact_carried"] < facts["exact_seen"], "what is carried on unseen is told apart from that"
+    assert facts["deferred"]["index"] > 0.05 and facts["deferred"]["little"] > 0.05, "the page shows deferral"
+    assert facts["deferred"]["middle"] == facts["deferred"]["ring"] == 0
     assert "http://" not in page.read_text(encoding="utf-8").replace("http://www.w3.org/", "")
+
+
+def test_bytes_on_standard_input_that_are_no_utf8_are_a_finding_at_their_place(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"gesturec: 1\nname: \xe9\x80x\n")))
+    assert main(["check", "-", "--json"]) == 1
+    (finding,) = json.loads(capsys.readouterr().out)
+    assert (finding["rule"], finding["line"], finding["column"]) == ("bad-encoding", 2, 7)
+    assert finding["message"] == "byte 18 is not UTF-8"
+
+
+def test_standard_input_is_read_no_further_than_the_limit(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    endless = io.BytesIO(b"# comment \n" * 400_000)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(endless))
+    assert main(["check", "-", "--json"]) == 1
+    assert [finding["rule"] for finding in json.loads(capsys.readouterr().out)] == ["limit-exceeded"]
+    assert endless.tell() == 4_000_001

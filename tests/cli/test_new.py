@@ -40,7 +40,10 @@ def test_a_robot_becomes_a_model(tmp_path: Path, capsys: Capture) -> None:
     assert main(["compile", str(tmp_path / "robot.yaml"), "-o", str(tmp_path / "robot.gcm")]) == 0
     capsys.readouterr()
     assert main(["new", "robot", "--urdf", str(source), "-o", "-"]) == 0
-    assert capsys.readouterr().out.startswith("# yaml-language-server: ")
+    piped = capsys.readouterr().out
+    assert "gesturec: 1" in piped and "$schema" not in piped
+    assert (tmp_path / "robot.yaml").read_text().startswith("# yaml-language-server: $schema=gesturec.schema.json\n")
+    assert (tmp_path / "gesturec.schema.json").is_file()
 
 
 def test_what_is_wrong_is_one_line_and_leaves_nothing(tmp_path: Path, capsys: Capture) -> None:

@@ -82,6 +82,20 @@ def test_a_place_at_the_end_of_the_text_is_shown() -> None:
     assert "m.yaml:2:1" in render([finding("a: b\n", 5, 5)])
 
 
+def test_many_findings_and_long_messages_are_cut_as_text_and_whole_as_json() -> None:
+    source = Source("m.yaml", "a\n" * 1000)
+    many = [Diagnostic("unused-name", f"it is {i}", Span(source, 2 * i, 2 * i + 1)) for i in range(500)]
+    many += [Diagnostic("bad-number", "9" * 5000, Span(source, 1500, 1501))]
+    text = render(many)
+    assert "it is 98\n" in text
+    assert "it is 99\n" not in text
+    assert "error[bad-number]: 999" in text
+    assert "9" * 1000 not in text
+    assert "and 401 more findings" in text
+    assert text.endswith("1 error, 500 warnings\n")
+    assert len(json.loads(render(many, "json"))) == 501
+
+
 def test_json_has_the_fields_that_tools_read() -> None:
     (entry,) = json.loads(render([finding("a: b\n", 3, 4)], "json"))
     assert set(entry) == {"rule", "severity", "message", "file", "line", "column", "help", "related"}

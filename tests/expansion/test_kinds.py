@@ -110,3 +110,16 @@ def test_phases_and_states_are_truths() -> None:
     rows = dict(zip(artifact.manifest.poses, artifact.columns["pose_state"].tolist(), strict=True))
     assert rows == {"arm.lifted": [1, 1, 0, 0, 0], "arm.resting": [0, 0, 0, 0, 1], "arm.not_down": [1, 1, 0, 0, 1]}
     assert artifact.columns["pose_program"].tolist() == [-1, -1, -1]
+
+
+def test_a_named_state_over_several_levels_is_one_state_a_level() -> None:
+    states = "states: {down: {shoulder: 0, elbow: 0}, up: {shoulder: 90, elbow: 30 .. 60}, far: {shoulder: 45}}"
+    poses = "poses: {straight: arm.elbow == 0, bent: arm.elbow != 0, raised: arm.up}\n"
+    artifact = compiled(states, "levels: [0, 30, 60]", poses)
+    tables = artifact.machine(0)
+    assert tables.state_names == ("down", "up/30", "up/60", "far/0", "far/30", "far/60")
+    assert np.allclose(np.degrees(tables.low[1:3, 1]), [15, 45])
+    straight, bent, raised = artifact.columns["pose_state"]
+    assert straight.tolist() == [1, 0, 0, 1, 0, 0]
+    assert bent.tolist() == [0, 1, 1, 0, 1, 1]
+    assert raised.tolist() == [0, 1, 1, 0, 0, 0]

@@ -177,3 +177,15 @@ def test_the_chain_of_no_parameters_is_the_models(hand: Artifact) -> None:
 
 def test_turned_by_nothing_is_not_turned() -> None:
     assert turned(np.array([0.0, 0.0, np.pi / 2])) == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]]))
+
+
+def test_a_finger_seen_at_its_tip_alone_keeps_the_models_lengths(hand: Artifact) -> None:
+    """Three coordinates tell three angles and nothing else; the knuckle still moves with its root token."""
+    names = hand.manifest.tokens
+    seen = np.array([name not in ("index.pip_centre", "index.dip_centre") for name in names])
+    layout = lay_out(hand, seen)
+    joints = {hand.manifest.joints[joint] for place in layout.places for joint in place.joints}
+    assert "index.abduction" in joints
+    assert not {"index.pip", "index.dip"} & joints
+    assert not {turn.joint for turn in layout.turns} & {hand.manifest.joints.index("index.mcp")}
+    assert {"middle.pip", "middle.dip"} <= joints

@@ -76,3 +76,21 @@ def test_the_command_tells_and_fails(tmp_path: Path, capsys: pytest.CaptureFixtu
     path.write_text(BODY)
     assert main(["test", str(path)]) == 0
     assert "no tests" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("form", [[], ["--json"]])
+def test_a_file_of_which_nothing_was_run_is_not_green(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], form: list[str]
+) -> None:
+    silent = "  - {name: a, path: open -> bent, expect: [hold]}\n  - {name: b, path: open -> bent, never: [hold]}\n"
+    path = tmp_path / "body.yaml"
+    path.write_text(f"{BODY}tests:\n{silent}", encoding="utf-8")
+    assert main(["test", str(path), *form]) == 1
+    assert capsys.readouterr().err == f"error: NO TEST WAS RUN of 2: {NO_GESTURES}\n"
+    passes = "  - {name: c, path: open -> bent, within_level: 1 %}\n"
+    path.write_text(f"{BODY}tests:\n{silent}{passes}", encoding="utf-8")
+    assert main(["test", str(path), *form]) == 0
+    assert capsys.readouterr().err == f"warning: 2 of 3 tests were NOT RUN: {NO_GESTURES}\n"
+    fails = "  - {name: d, path: open -> bent, noise: 80 mm, within_level: 100 %}\n"
+    path.write_text(f"{BODY}tests:\n{silent}{fails}", encoding="utf-8")
+    assert main(["test", str(path), *form]) == 1

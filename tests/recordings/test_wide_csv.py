@@ -140,3 +140,13 @@ def test_what_is_written_is_read_again(rows: list[tuple[float, float, float, flo
     assert (again.names, again.up, again.rate) == (recording.names, "-z", 25.0)
     np.testing.assert_allclose(again.time, recording.time, rtol=1e-14)
     np.testing.assert_allclose(again.points, points, rtol=1e-8)
+
+
+def test_a_unit_that_is_no_length_is_an_error_unless_another_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "take.csv"
+    path.write_text("# units: parsec\ntime,a.x,a.y,a.z\n0,1,2,3\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"`parsec`, is no length .*--units"):
+        read(path)
+    told = read(path, "mm")
+    assert told.points[0, 0].tolist() == [0.001, 0.002, 0.003]
+    assert "`parsec`" in told.notes[0]

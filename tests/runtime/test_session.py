@@ -163,7 +163,7 @@ def test_another_size_is_estimated(hand: Artifact, take: Any) -> None:
 def test_a_hidden_finger_coasts_then_any_state_is_possible(hand: Artifact) -> None:
     take = make_take(hand, frames=90)
     take.points[20:, 0] = np.nan
-    session = Session(hand, rate=25, names=take.names)
+    session = Session(hand, rate=25, names=take.names, decoder="nearest")
     steps = [session.step(p, t) for p, t in zip(take.points, take.time, strict=True)]
     assert steps[22].why["index"].status == "coasting"
     assert steps[22].states["index"] is not None

@@ -25,6 +25,16 @@ def test_legs_without_a_known_up_stand_on_their_feet() -> None:
     assert np.allclose(camera["up"], [0, 1, 0])
 
 
+def test_a_lamp_that_lies_flat_in_its_first_state_stands_as_it_mostly_does() -> None:
+    foot = [[0, 0, -0.08], [0, 0, 0.08], [0.1, 0, 0]]
+    lying = np.array([*foot, [0.3, 0.03, 0], [0.55, 0.03, 0], [0.63, 0.03, 0]])
+    raised = np.array([*foot, [0.15, 0.3, 0], [0.4, 0.3, 0], [0.45, 0.23, 0]])
+    usual = np.array([*foot, [0, 0.3, 0], [0, 0.3, 0], [0, 0.25, 0]])
+    camera = first_camera(lying, raised[None], (0, 1, 2), None, None, usual)
+    assert np.allclose(camera["up"], [0, 1, 0])
+    assert abs(np.dot(camera["toward"], [0, 0, 1])) > 0.8
+
+
 @pytest.mark.parametrize("up", [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 def test_a_known_up_is_kept_and_the_camera_is_above_the_horizon(up: list[float]) -> None:
     camera = first_camera(HAND, BENT[None], ROOT, None, np.array(up))

@@ -55,6 +55,39 @@ def test_the_arrow_keys_choose_a_machine(hand: Artifact, make_take: Any, opened:
     assert page.run(LIT) == [hand.manifest.states[second][9]]
 
 
+def test_a_pose_that_may_hold_is_told_apart_from_one_that_does(hand: Artifact, make_take: Any, opened: Any) -> None:
+    take = make_take(hand, 40)
+    poses = np.zeros_like(take.poses)
+    poses[:, 0], poses[:, 1] = 1, 2
+    page = opened(render_page(hand, dataclasses.replace(take, poses=poses), "walk"))
+    why = page.run("document.getElementById('why').innerText")
+    holds, may = why.index("poses that hold"), why.index("poses that may hold")
+    assert holds < why.index(hand.manifest.poses[0]) < may < why.index(hand.manifest.poses[1])
+
+
+LISTEN = """(() => {
+  const paint = CanvasRenderingContext2D.prototype.fillText;
+  window.painted = [];
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    window.painted.push([text, x, y, x + this.measureText(text).width]);
+    paint.call(this, text, x, y);
+  };
+})()"""
+
+
+def test_every_machines_name_is_in_the_picture_in_every_frame(hand: Artifact, make_take: Any, opened: Any) -> None:
+    page = opened(render_page(hand, make_take(hand, 16), "walk"))
+    page.run(LISTEN)
+    width = page.run("document.getElementById('canvas').clientWidth")
+    for frame in range(1, 16):
+        page.run("window.painted.length = 0")
+        page.press("ArrowRight")
+        names = {text: (low, high) for text, low, _, high in page.run("window.painted")}
+        for name in hand.manifest.machines:
+            assert name in names, frame
+            assert names[name][0] >= 0 and names[name][1] <= width
+
+
 def test_successors_of_the_lit_state_are_marked(hand: Artifact, make_take: Any, opened: Any) -> None:
     page = opened(render_page(hand, make_take(hand, 40), "walk"))
     tables = hand.machine(0)

@@ -18,7 +18,7 @@ from gesturec.language.expressions import tree
 from gesturec.language.expressions.parse import ExpressionError
 from gesturec.language.expressions.place import Place
 
-REPEAT = re.compile(r"\{\s*(\d+)\s*(?:(\.\.)\s*(\d+)?\s*)?\}|\?")
+REPEAT = re.compile(r"\{\s*([0-9]+)\s*(?:(\.\.)\s*([0-9]+)?\s*)?\}|\?")
 HEXADECIMAL = re.compile(r"[xob][0-9A-Fa-f]+")
 # A pattern that asks for more repetitions than this would need an automaton without bound.
 MOST_REPEATS = 1000
@@ -56,7 +56,7 @@ class Builder(Transformer[Token, Any]):
         return tree.Number(value, str(unit), across(span, self.span(unit)), self.span(unit))
 
     def value(self, digits: Token, unit: Token | None, span: Span) -> float:
-        if re.match(r"0\d", digits):
+        if re.match(r"0[0-9]", digits):
             raise ExpressionError(Diagnostic("bad-number", f"`{digits}` has a leading zero", span, "write it without"))
         touches = unit is not None and unit.start_pos == digits.end_pos
         if unit is not None and touches and (unit[0] == "_" or (digits == "0" and HEXADECIMAL.fullmatch(unit))):

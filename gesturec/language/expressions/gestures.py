@@ -26,6 +26,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from gesturec.diagnostics.source import Span
+from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.expressions import scope, tree
 from gesturec.language.expressions.check import check
 from gesturec.language.expressions.constant import interval_of, number_of
@@ -37,6 +38,8 @@ Shape = dict[str, Any]
 
 # A pattern is written out through the gestures that it names; one that grows beyond this is refused.
 MOST_STEPS: Final = 2_000
+# Words that a pattern knows and no scope does.
+OTHER_WORDS: Final = frozenset(("still", "root", "world", "prev", "next"))
 # Gestures made of gestures, and poses of poses; each level goes deeper into the stack.
 MOST_DEEP: Final = 50
 
@@ -126,7 +129,10 @@ class Patterns:
 
     def path(self, node: tree.Path, place: scope.Scope) -> Part | None:
         """A pose, state or phase, or a gesture."""
-        symbol = scope.Hole() if node.parameter else place.resolve(tuple(name.text for name in node.names))
+        words = tuple(name.text for name in node.names)
+        symbol = scope.Hole() if node.parameter else place.resolve(words)
+        if isinstance(symbol, scope.Unknown) and words[0] not in OTHER_WORDS:
+            return self.unknown(symbol, node, place)
         if not isinstance(symbol, scope.Gesture):
             return self.truth(check(node, place, TRUTH, self.findings))
         if symbol.full in self.open:
@@ -146,6 +152,14 @@ class Patterns:
         self.limbs.pop()
         self.open.pop()
         return part and Part(node.span, part.truth, part.inner)
+
+    def unknown(self, symbol: scope.Unknown, node: tree.Path, place: scope.Scope) -> None:
+        """The finding for a name that is not there; what is suggested may stand in a pattern."""
+        words = tuple(name.text for name in node.names)
+        before = words[: symbol.position]
+        known = [word for word in symbol.known if may_stand(place.resolve((*before, word))) or word == "still"]
+        name = node.names[symbol.position]
+        self.findings.report(symbol.rule, symbol.message, name.span, "", symbol.help or did_you_mean(name.text, known))
 
     def seen(self, typed: Typed) -> Typed:
         """A truth with the limb in whose mirrors it is seen, where that is a named gesture's and not the pattern's."""
@@ -259,6 +273,11 @@ class Patterns:
                 "bad-pattern", message, node.span, "", "`for a .. b` bounds how long a truth holds"
             )
         return Part(node.span, None, {"within": self.finished(part), "time": time})
+
+
+def may_stand(symbol: scope.Symbol) -> bool:
+    """Whether a name is a truth or gesture, or has some in it."""
+    return isinstance(symbol, scope.Pose | scope.StateTest | scope.LevelTest | scope.Gesture | scope.Limb)
 
 
 def check_truth(node: tree.Expr, place: scope.Scope, findings: Findings) -> Typed | None:

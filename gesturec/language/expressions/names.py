@@ -15,7 +15,7 @@ from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.expressions import constants, scope, tree
 from gesturec.language.expressions.typed import TRUTH, Type, Typed
-from gesturec.language.expressions.units import ANGLE, LENGTH, PURE, SPEED
+from gesturec.language.expressions.units import LENGTH, PURE, SPEED
 
 if TYPE_CHECKING:
     from gesturec.language.expressions.check import Checker
@@ -242,5 +242,5 @@ def leaf(checker: Checker, symbol: scope.Symbol, node: tree.Path) -> Typed | Non
 
 def level_test(symbol: scope.LevelTest, span: Span) -> Typed:
     """`index.abduction.spread` as a comparison with the level's value."""
-    joint = Typed("joint", Type("number", ANGLE), span, symbols=(scope.Joint(symbol.joint, ANGLE),))
-    return Typed("equal", TRUTH, span, (joint, constants.quantity(symbol.value, ANGLE, span)))
+    joint = Typed("joint", Type("number", symbol.kind), span, symbols=(scope.Joint(symbol.joint, symbol.kind),))
+    return Typed("equal", TRUTH, span, (joint, constants.quantity(symbol.value, symbol.kind, span)))

@@ -38,12 +38,29 @@ WHAT: Final = {
     "arc": ("bad-arc", "an arc `a -> b` or `a <-> b`"),
     "pattern": ("bad-pattern", "a gesture pattern"),
 }
-NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9]\d{0,14})(?:\.\d{1,15})?)(?: ?(%|[a-zA-Z]+(?:/[a-z]+)?))?")
+NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9][0-9]{0,14})(?:\.[0-9]{1,15})?)(?: ?(%|[a-zA-Z]+(?:/[a-z]+)?))?")
 KEYWORDS: Final = frozenset(("if", "else", "or", "and", "not", "for", "in", "within", "true", "false"))
 # Words that stand between others, in expressions and in patterns: what a name there may be a slip of.
 WORDS_BETWEEN: Final = (("and", "or", "if", "else", "for", "in"), ("for", "within"))
 # What other languages write.
-MEANT: Final = {"=": "==", "&&": "and", "||": "or", "!": "not", "^": "**", "&": "and", "|": "or", "{": "(", "}": ")"}
+MEANT: Final = {
+    "=": "==",
+    "=>": ">=",
+    "&&": "and",
+    "||": "or",
+    "!": "not",
+    "^": "**",
+    "&": "and",
+    "|": "or",
+    "{": "(",
+    "}": ")",
+}
+# In a pattern.
+MEANT_IN_PATTERN: Final = {"=>": "->", "- >": "->", "&&": "&", "||": "|", "!": "not", "and": "&", "or": "|"}
+COMPARISONS: Final = frozenset(("<", "<=", "=", "==", "!=", ">=", ">"))
+WRONG_WORD: Final = re.compile(r"=>|-\s+>|&&|\|\||\w+|.", re.DOTALL)
+
+DECIMAL_COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
 _LOCK = Lock()
 
@@ -148,17 +165,23 @@ def _too_large(place: Place, start: str) -> Diagnostic | None:
 def _odd_character(place: Place, start: str, at: int) -> Diagnostic:
     """A finding for a character that no token begins with here."""
     rule, what = WHAT[start]
-    found = re.compile(r"&&|\|\||\w+|.", re.DOTALL).match(place.text, at)
+    found = WRONG_WORD.match(place.text, at)
     word = found[0] if found else place.text[at : at + 1]
-    meant = MEANT.get(word)
-    help = f"write `{meant}`" if meant else None
+    span, help = place.part(at, at + len(word)), _meant(word, start)
     if word in ("'", '"'):
         help = "names and units stand without quotes"
     elif word in KEYWORDS:
-        return Diagnostic(
-            rule, f"`{word}` is a word of the language and stands where it cannot", place.part(at, at + len(word))
-        )
-    return Diagnostic(rule, f"`{word}` does not belong in {what}", place.part(at, at + len(word)), help=help)
+        return Diagnostic(rule, f"`{word}` is a word of the language and stands where it cannot", span, help=help)
+    return Diagnostic(rule, f"`{word}` does not belong in {what}", span, help=help)
+
+
+def _meant(word: str, start: str) -> str | None:
+    """The help for what other languages write."""
+    word = re.sub(r"\s+", " ", word)
+    if start == "pattern" and word in COMPARISONS:
+        return "a comparison stands in brackets, as in `[index.mcp >= 60]`"
+    meant = MEANT_IN_PATTERN.get(word) if start == "pattern" else MEANT.get(word)
+    return f"write `{meant}`" if meant else None
 
 
 def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
@@ -175,7 +198,12 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
     if error.token.type == "$END":
         return _early_end(place, rule, what, wanted, expected)
     word, at = str(error.token), error.token.start_pos or 0
-    help = f"write `{MEANT[word]}`" if word in MEANT and start == "expr" else None
+    found = WRONG_WORD.match(place.text, at)
+    if start == "pattern" and found is not None and _meant(found[0], start) is not None:
+        word = found[0]
+    help = _meant(word, start) if start in ("expr", "pattern") else None
+    if word == "," and DECIMAL_COMMA.match(place.text, at):
+        help = f"a decimal point is a point: `{DECIMAL_COMMA.sub('.', place.text)}`"
     if word == "+-" and start != "wanted":
         help = "`+-` is a tolerance; put a space into `+ -`"
     if wanted == "an operator or the end" and error.token.type in ("NAME", "NUMBER"):

@@ -28,6 +28,7 @@ class LevelTest:
     joint: str
     level: str
     value: float
+    kind: Kind
 
 
 @dataclass(frozen=True, slots=True)

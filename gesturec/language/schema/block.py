@@ -139,9 +139,10 @@ class Block(BaseModel):
     def report_missing(cls, mapping: Mapping, data: Mapping, findings: Findings) -> None:
         """Report required keys that are not there, and rival keys that are there together."""
         there = [name for name in cls.one_of if name in mapping or name in mapping.holes]
-        for name in cls.required:
-            if name not in mapping and name not in mapping.holes:
-                findings.report("missing-key", f"a {cls.what()} needs `{name}`", head_of(data), f"`{name}` is missing")
+        missing = [f"`{name}`" for name in cls.required if name not in mapping and name not in mapping.holes]
+        if missing:
+            label = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} missing"
+            findings.report("missing-key", f"a {cls.what()} needs {' and '.join(missing)}", head_of(data), label)
         if cls.one_of and not there:
             listed = ", ".join(f"`{name}`" for name in cls.one_of)
             findings.report("missing-key", f"a {cls.what()} needs one of {listed}", head_of(data), "none is here")

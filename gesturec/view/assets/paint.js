@@ -78,17 +78,29 @@ function paintHidden(at) {
   pen.setLineDash([]);
 }
 
-/** Names of machines beside their outermost node; one that would cover another is left out. */
+const AWAY = [0, 15, 30, 45];  // px that a name may stand from its usual places
+const cover = (a, b) => a.x < b.x + b.w && b.x < a.x + a.w && a.y < b.y + b.h && b.y < a.y + a.h;
+
+/** Where a name may stand around a spot, inside the picture, the best place first; `away`: that much higher and lower. */
+function placesAround(spot, wide, width, height, away) {
+  const clamp = (value, low, high) => Math.max(low, Math.min(high, value));
+  const box = (x, y) => ({x: clamp(x, 4, width - wide - 4), y: clamp(y, 40, height - 44), w: wide, h: 14});
+  const right = spot.x + 9, left = spot.x - 9 - wide, middle = spot.x - wide / 2;
+  return [[right, -16], [left, -16], [right, 4], [left, 4], [middle, -26], [middle, 12]].map(([x, y]) => box(x, spot.y + y + Math.sign(y) * away));
+}
+
+/** Names of machines beside their outermost node, where they cover least; one without any room is left out. */
 function paintNames(spots, width, height) {
-  const taken = [];
+  const taken = [], nodes = spots.filter((p) => p).map((p) => ({x: p.x - 6, y: p.y - 6, w: 12, h: 12}));
   pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
   pen.textBaseline = "middle";
   data.machines.forEach((machine, m) => {
     const node = data.body.machine.lastIndexOf(m), spot = node >= 0 && spots[node];
-    if (!spot) return;
-    const wide = pen.measureText(machine.name).width, box = {x: spot.x + 9, y: spot.y - 16, w: wide, h: 14};
-    const covered = taken.some((o) => box.x < o.x + o.w && o.x < box.x + box.w && box.y < o.y + o.h && o.y < box.y + box.h);
-    if (covered || box.x + wide > width - 4 || box.y < 40 || box.y > height - 30) return;
+    if (!spot || spot.x < 0 || spot.x > width || spot.y < 0 || spot.y > height) return;
+    const around = (away) => placesAround(spot, pen.measureText(machine.name).width, width, height, away).filter((each) => !taken.some((o) => cover(each, o)));
+    const free = AWAY.map(around).find((places) => places.length);
+    if (!free) return;
+    const hides = free.map((each) => nodes.filter((node) => cover(each, node)).length), box = free[hides.indexOf(Math.min(...hides))];
     taken.push(box);
     pen.lineWidth = 3;
     pen.strokeStyle = colorOf("--panel");

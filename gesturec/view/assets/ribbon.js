@@ -3,7 +3,7 @@
 const ROW = 21, GAP = 4, LEFT = 104, RIGHT = 8;
 // One colour a status by what it asks of the reader: fine, carried on, open, wrong, unknown.
 const STATUS_COLORS = {
-  ok: "#a9d8b8", partial: "#cde6c3", coasting: "#f1df9a", any: "#e3e5e8", undecided: "#d3d6da", misfit: "#f0a38f", lost: "#f0a38f",
+  ok: "#a9d8b8", partial: "#cde6c3", coasting: "#f1df9a", any: "#e3e5e8", undecided: "#d3d6da", "partly-misfit": "#f5c6b8", misfit: "#f0a38f", lost: "#f0a38f",
   "pose-held": "#cbb9e3", "pose-unknown": "#b79bd9", "no-tokens": "#b79bd9", "time-refused": "#9aa0a8", "input-refused": "#9aa0a8", starting: "#e3e5e8",
 };
 const SHORTEST = 20;  // frames of the narrowest window

@@ -89,5 +89,8 @@ function drawWhy() {
   if (data.machines.length) machineWhy(box, view.machine, frame, places);
   rootWhy(box, frame, places);
   chips(box, "poses that hold", data.poses.filter((each) => each.value[frame] === 1).map((each) => each.name));
+  const open = data.poses.filter((each) => each.value[frame] === 2).map((each) => each.name);
+  chips(box, "poses that may hold", open);
+  if (open.length) line(box, "what they ask for is not decided, or not known, in this frame", "soft");
   chips(box, "gestures", data.events.filter((e) => times[frame] >= e.start && (e.end === null || times[frame] <= e.end)).map((e) => e.name));
 }

@@ -26,6 +26,7 @@ from gesturec.view.layout.plane import (
     MOST_NODES,
     THIN,
     flexion_slice,
+    is_flat,
     panel_texts,
     place_in_panels,
     plane_coordinates,
@@ -48,6 +49,7 @@ _NAMED_PX, _UNNAMED_PX = 84.0, 20.0
 _NAMED_RADIUS_PX: Final = 15.0
 _WEDGES: Final = "; a grey wedge: to or from each state at its rim"
 _LABEL_PX: Final = 9.5
+_LINES: Final = "lines move one joint by one level"
 
 
 def layout_graph(artifact: Artifact, machine: int) -> GraphLayout:
@@ -88,13 +90,11 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
     if not any(labels) and len(tip) <= MOST_NAMES:
         position, panels, radius = place_in_panels(flat, panel, titles, _NAMED_PX)
         radius = min(radius, _NAMED_RADIUS_PX)
-    order = " over ".join(axes.names[axis] for axis in shown)
-    caption = (
-        f"{tables.name}: tip positions in the {'flexion ' if len(shown) == 2 else ''}plane; in each circle: {order}"
-    )
+    written = f"; in each circle: {' over '.join(axes.names[axis] for axis in shown)}" if any(labels) else ""
+    lines = f"{_LINES}{' inside a slice' * any(titles)}{_ends(axes)}"
     return GraphLayout(
         "plane",
-        caption,
+        f"{tables.name}: {_plane_name(tip, panel, shown)}{written}; {lines}",
         max(p.x + p.width for p in panels),
         max(p.y + p.height for p in panels),
         position,
@@ -106,6 +106,19 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
         grid_colors(axes.fraction()),
         (*panel_texts(panels), *(() if any(labels) else _names_below(position, tables.state_names, radius, panel))),
     )
+
+
+def _plane_name(tip: Floats, panel: Ints, shown: list[int]) -> str:
+    """What the plane of the picture is: tips of joints about different axes are in none, and are pressed into one."""
+    if not all(is_flat(tip[panel == k]) for k in np.unique(panel)):
+        return "tip positions, pressed into the plane in which they differ most"
+    return f"tip positions in {'the flexion plane' if len(shown) == 2 else 'their plane'}"
+
+
+def _ends(axes: GridAxes) -> str:
+    """Joints whose last level is next to the first: the line between them would cross the others."""
+    turning = [k for k, wraps in enumerate(axes.wraps) if wraps]
+    return "".join(f"; {axes.names[k]} wraps: {axes.levels[k][-1]} is next to {axes.levels[k][0]}" for k in turning)
 
 
 def _names_below(position: Floats, names: tuple[str, ...], radius: float, panel: Ints) -> tuple[Text, ...]:
@@ -145,7 +158,7 @@ def _trellis_layout(tables: MachineTables, axes: GridAxes) -> GraphLayout:
     ends = [t.x + (0 if t.anchor == "end" else 0.6 * 11 * len(t.text)) for t in texts]
     return GraphLayout(
         "trellis",
-        f"{tables.name}: one small grid for each combination of the inner joints; lines move one joint by one level",
+        f"{tables.name}: one small grid for each combination of the inner joints; {_LINES} inside a grid{_ends(axes)}",
         max([p.x + p.width for p in panels] + ends),
         max([p.y + p.height for p in panels] + [t.y + 6 for t in texts]),
         position,

@@ -41,12 +41,18 @@ def flexion_slice(axes: GridAxes, tip: Floats) -> int | None:
     """
     best, widest = None, THIN
     for axis in range(len(axes.names)):
-        shapes = [_singular_values(tip[axes.index[:, axis] == level]) for level in range(axes.counts[axis])]
-        shapes = [s for s in shapes if s[0] > 0]
-        if shapes and all(s[2] <= FLAT * s[0] for s in shapes):
+        slices = [tip[axes.index[:, axis] == level] for level in range(axes.counts[axis])]
+        shapes = [s for s in map(_singular_values, slices) if s[0] > 0]
+        if shapes and all(map(is_flat, slices)):
             width = min(s[1] / s[0] for s in shapes)
             best, widest = (axis, width) if width > widest else (best, widest)
     return best
+
+
+def is_flat(points: Floats) -> bool:
+    """Whether points, shape (n, 3), are in one plane."""
+    values = _singular_values(points)
+    return bool(values[2] <= FLAT * values[0])
 
 
 def plane_coordinates(points: Floats, base: Floats | None = None, straight: Floats | None = None) -> Floats:

@@ -7,6 +7,7 @@ their rows. A small dot is a combination that the model's constraints removed.
 from __future__ import annotations
 
 import itertools
+import math
 from typing import Final
 
 import numpy as np
@@ -48,7 +49,7 @@ def trellis(axes: GridAxes) -> tuple[Floats, Ints, tuple[Panel, ...], float, tup
     corner = np.array([[p.x, p.y] for p in panels])
     place = corner[panel] + (inside + 0.5) * cell + 2
     beside = [Text(0, panels[r * n_column].y - 5, title, "start") for r, title in enumerate(row_titles) if title]
-    texts = (*_column_titles(axes, column, panels[:n_column]), *beside, *_footer(axes, inner, panels[-1]))
+    texts = (*_column_titles(axes, column, panels[:n_column]), *beside, *_footer(axes, inner, column, panels[-1]))
     return place, panel, panels, 0.36 * cell, texts, _dots(panels, panel, inside, (down, across), cell)
 
 
@@ -82,25 +83,27 @@ def _row_number(index: Ints, rows: tuple[int, ...], counts: tuple[int, ...]) -> 
 
 
 def _column_titles(axes: GridAxes, column: int | None, panels: tuple[Panel, ...]) -> list[Text]:
-    """Levels above the columns, with the joint's name as often as it fits."""
+    """Levels above the columns, with the joint's name where that fits; as many as do not touch."""
     if column is None:
         return []
-    y = HEADER_PX - 8
-    if text_width(axes.label(column, len(panels) - 1)) <= panels[0].width:
-        return [Text(p.x + p.width / 2, y, axes.label(column, c)) for c, p in enumerate(panels)]
-    levels = axes.levels[column]
-    return [Text(0, y, axes.label(column, 0), "start")] + [
-        Text(p.x + p.width / 2, y, levels[c])
-        for c, p in enumerate(panels)
-        if c and p.x > text_width(axes.label(column, 0))
-    ]
+    named = [axes.label(column, level) for level in range(len(panels))]
+    titles = named if _widest(named) <= panels[0].width else list(axes.levels[column])
+    every = math.ceil(_widest(titles) / (panels[0].width + GAP_PX))
+    places = zip(panels[::every], titles[::every], strict=True)
+    return [Text(p.x + p.width / 2, HEADER_PX - 8, title) for p, title in places]
 
 
-def _footer(axes: GridAxes, inner: tuple[int, ...], last: Panel) -> list[Text]:
-    """What the directions inside a panel are."""
+def _widest(titles: list[str]) -> float:
+    return max(map(text_width, titles))
+
+
+def _footer(axes: GridAxes, inner: tuple[int, ...], column: int | None, last: Panel) -> list[Text]:
+    """What the directions inside a panel are, and what the columns are."""
     ways = ("down", "across")[2 - len(inner) :]
     named = zip(inner, ways, strict=True)
     words = [f"{axes.names[axis]} {way}: {' '.join(_thin(axes.levels[axis]))}" for axis, way in named]
+    if column is not None:
+        words.append(f"{axes.names[column]}: the columns")
     bottom = last.y + last.height
     return [Text(0, bottom + 17 + 15 * k, word, "start") for k, word in enumerate(reversed(words))]
 

@@ -75,7 +75,7 @@ def _phase_text(phase: PhaseSpan, turn: float, distance: float, centre: Floats) 
     ((x, y),) = _around(np.array([middle]), distance).tolist()
     side = math.sin(2 * math.pi * middle)
     anchor: Anchor = "middle" if abs(side) < 0.2 else "start" if side > 0 else "end"
-    return Text(x + centre[0], y + centre[1] + 4, phase.name.replace("_", " "), anchor)
+    return Text(x + centre[0], y + centre[1] + 4, phase.name, anchor)
 
 
 def _sector(phase: PhaseSpan, turn: float, size: float, centre: Floats) -> Shape:

@@ -82,7 +82,7 @@ class Scope:
             case ("abduction",):
                 return scope.Joint(full, ANGLE)
             case ("abduction", "spread"):
-                return scope.LevelTest(full, "spread", 0.75)
+                return scope.LevelTest(full, "spread", 0.75, ANGLE)
             case ("tip",):
                 return scope.Token(full)
             case ("straight",):

@@ -15,7 +15,7 @@ from tests.language.expressions.body import MILLIMETRES, Scope, checked, text_of
 # (expression, rule, column from 1 within the expression, marked text, part of the help or None)
 WRONG = [
     ("a = b", "bad-expression", 3, "=", "`==`"),
-    ("index.mcp => 3", "bad-expression", 11, "=", "`==`"),
+    ("index.mcp => 3", "bad-expression", 11, "=>", "`>=`"),
     ("a && b", "bad-expression", 3, "&", "`and`"),
     ("!fist", "bad-expression", 1, "!", "`not`"),
     ("index.mcp ^ 2", "bad-expression", 11, "^", "`**`"),

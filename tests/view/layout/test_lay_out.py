@@ -6,9 +6,52 @@ import numpy as np
 import pytest
 
 from gesturec.artifact.artifact import Artifact
+from gesturec.compile import compile_artifact
+from gesturec.diagnostics.source import Source
 from gesturec.view.layout import GraphLayout, layout_graph
 from gesturec.view.layout.plane import tip_positions
 from gesturec.view.layout.trellis import split_axes
+
+LAMP = """gesturec: 1
+name: lamp
+units: {length: cm, angle: deg}
+root: {name: foot, tokens: {left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}}
+limbs:
+  arm:
+    chain:
+      - {joint: swivel, axis: y, range: -180 .. 180, every: 45, wrap: true}
+      - {joint: lift, axis: z, range: 0 .. 90, every: 30}
+      - {token: knee, at: [30, 0, 0]}
+      - {joint: elbow, at: [30, 0, 0], axis: -z, range: 0 .. 120, every: 30}
+      - {token: neck, at: [25, 0, 0]}
+      - {joint: head, at: [25, 0, 0], axis: -z, levels: [0, 45]}
+      - {token: bulb, at: [8, 2, 0]}
+  eye:
+    chain:
+      - {joint: pan, at: [5, 0, 0], axis: y, levels: [0, 30, 60, 90]}
+      - {joint: tilt, axis: z, levels: [0, 30, 60]}
+      - {token: pupil, at: [5, 0, 0]}
+"""
+
+
+@pytest.fixture(scope="module")
+def lamp() -> Artifact:
+    return compile_artifact(Source("lamp.yaml", LAMP))
+
+
+def test_every_column_of_a_trellis_has_its_level_also_where_the_joints_name_does_not_fit(lamp: Artifact) -> None:
+    layout = layout_graph(lamp, number(lamp, "arm"))
+    heads = [text for text in layout.texts if text.y < min(panel.y for panel in layout.panels) and text.x > 0]
+    assert [text.text for text in heads] == ["-180°", "-135°", "-90°", "-45°", "0°", "45°", "90°", "135°"]
+    assert any(text.text == "swivel: the columns" for text in layout.texts)
+    assert "swivel wraps: 135° is next to -180°" in layout.caption
+
+
+def test_tips_of_joints_about_different_axes_are_not_said_to_be_in_a_plane(hand: Artifact, lamp: Artifact) -> None:
+    eye, index = layout_graph(lamp, number(lamp, "eye")), layout_graph(hand, number(hand, "index"))
+    assert eye.kind == index.kind == "plane"
+    assert "flexion plane" not in eye.caption and "pressed into the plane" in eye.caption
+    assert "flexion plane" in index.caption and "lines move one joint by one level inside a slice" in index.caption
 
 
 def number(artifact: Artifact, name: str) -> int:

@@ -36,7 +36,7 @@ def test_samples_go_round_clockwise_from_the_top(gait: Artifact) -> None:
 
 def test_every_phase_is_named_once(gait: Artifact) -> None:
     texts = [text.text for text in layout_graph(gait, 0).texts]
-    for name in ("initial contact", "mid stance", "pre swing", "terminal swing", "standing"):
+    for name in ("initial_contact", "mid_stance", "pre_swing", "terminal_swing", "standing"):
         assert texts.count(name) == 1
 
 

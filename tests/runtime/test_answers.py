@@ -1,0 +1,50 @@
+"""What a step says when it can say little: refused frames, unsure states, a limb that fits nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import gesturec
+from gesturec.runtime.status import STATUSES
+from gesturec.simulate.simulation import SimulateOptions, simulate
+
+
+def test_every_step_has_every_machine_whatever_was_refused() -> None:
+    session = gesturec.load("hand").session(rate=25)
+    fed: list[tuple[Any, Any]] = [
+        ({}, 0.0),
+        ({"wrist": (0, 0, 0)}, 0.0),
+        ({"wrist": (0, 0, 0)}, float("nan")),
+        ({"wrist": "abc"}, 1.0),
+        ({"wrist": (1, 2)}, 2.0),
+        (np.zeros((2, 2)), 3.0),
+    ]
+    steps = [session.step(points, time) for points, time in fed]
+    assert [step.status for step in steps] == ["no-tokens", *["time-refused"] * 2, *["input-refused"] * 3]
+    assert all(set(step.states) == set(step.candidates) == set(session.artifact.manifest.machines) for step in steps)
+    assert "`wrist` is 'abc'" in steps[3].message
+    assert "`wrist` has the shape (2,)" in steps[4].message
+
+
+def test_a_state_is_told_only_when_it_is_as_sure_as_asked() -> None:
+    model = gesturec.load("hand")
+    take = simulate(model.artifact, SimulateOptions(("flat", "fist"), noise=0.01, seed=4)).recording
+    for decoder in ("nearest", "forward"):
+        told = {sure: gesturec.decode(model, take, decoder=decoder, sure=sure, noise=0.01) for sure in (0.0, 0.9)}
+        assert (told[0.0].state >= 0).mean() > (told[0.9].state >= 0).mean() > 0
+        best = np.stack([told[0.9].probability[:, :32].max(1)])
+        assert not ((told[0.9].state[:, 0] >= 0) & (best[0] < 0.9)).any()
+
+
+def test_one_limb_that_fits_nothing_is_told_as_that() -> None:
+    model = gesturec.load("hand")
+    take = simulate(model.artifact, SimulateOptions(("flat",), noise=0.001, seed=4)).recording
+    thumb = [take.names.index(name) for name in ("thumb.joint", "thumb.ip_centre", "thumb.tip")]
+    points = take.points.copy()
+    points[:, thumb] += 0.3
+    decoding = gesturec.decode(model, replace(take, points=points), noise=0.001)
+    assert {STATUSES[status].name for status in decoding.status[10:]} == {"partly-misfit"}
+    assert (decoding.state[10:, :4] >= 0).all()
