@@ -49,8 +49,20 @@ def refuse_keys(model: Model, findings: Findings) -> None:
     if block.has("transitions"):
         message = "`transitions` of several bodies together are not built yet"
         findings.report("not-built", message, block.key("transitions"), "", "each body's own model may have them")
-    if not model.bodies and not block.is_hole("bodies") and not findings.errors():
+    if not model.bodies and not block.is_hole("bodies") and not is_refused(model, findings):
         findings.report("empty-group", "`bodies` has no body", block.key("bodies"), "nothing in it")
+
+
+def is_refused(model: Model, findings: Findings) -> bool:
+    """Whether a body's own name or block was refused already, so that there are fewer than were written."""
+    key = model.main.block.key("bodies")
+    return any(
+        each.span is not None
+        and each.rule == "reserved-name"
+        and each.span.start >= key.start
+        and each.span.source == key.source
+        for each in findings.errors()
+    )
 
 
 # one body
