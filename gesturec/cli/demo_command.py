@@ -17,7 +17,9 @@ from gesturec.cli.output import check_folder, text_output
 PATH: Final = ("flat", "fist", "flat")
 DURATION: Final = 3.0  # s: each way takes as long as the paper's fist
 NOISE: Final = 0.002  # m, of every coordinate: what two cameras a metre away see
-# Longer than a decoder carries a hidden limb's last state on (1 s), so that the page shows what is deferred.
+SURE: Final = 0.5  # a state is told when it is likelier than not; else it is hatched
+LAG: Final = 0.08  # s: the default of `gesturec decode`
+# Long enough for a hidden finger's state to become a guess, so that the page shows what is deferred.
 HIDDEN: Final = ("index@0.6-2.3", "little@1.0-2.5", "thumb.tip@1.8-2.1")
 UNSEEN: Final = "coasting"  # status of a machine whose last state is carried on
 
@@ -63,7 +65,7 @@ def _demo() -> tuple[dict[str, Any], str]:
     artifact = compile_artifact(model_path("hand"))
     hidden = tuple(parse_hidden(text, artifact.manifest) for text in HIDDEN)
     take = simulate(artifact, SimulateOptions(PATH, DURATION, noise=NOISE, hidden=hidden, seed=1))
-    decoding = decode(artifact, take.recording)
+    decoding = decode(artifact, take.recording, lag=LAG, sure=SURE)
     decided = decoding.state >= 0
     exact = decoding.state == take.truth.state
     machines = artifact.manifest.machines

@@ -123,6 +123,7 @@ WARNINGS: Final = (
     ("idle-constraint", "a constraint removes nothing"),
     ("equal-states", "two states of a machine put every visible token in the same place"),
     ("never-matches", "a pattern can never be met"),
+    ("step-already-true", "a step of a pattern has begun before the step that it shall follow"),
     ("empty-pose", "a pose holds in no state"),
 )
 

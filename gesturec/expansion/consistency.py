@@ -8,7 +8,7 @@ combinations is not found here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,9 +45,11 @@ def conflict_findings(body: Body, relations: Sequence[Relation]) -> list[Diagnos
     ]
 
 
-def possible_states(body: Body, relations: Sequence[Relation]) -> dict[int, Mask]:
-    """States of each machine that no relation rules out, given those of the others."""
-    possible = {machine: np.ones(states.count, bool) for machine, states in body.states.items()}
+def possible_states(
+    body: Body, relations: Sequence[Relation], among: Mapping[int, Mask] | None = None
+) -> dict[int, Mask]:
+    """States of each machine (some of them, with `among`) that no relation rules out, given those of the others."""
+    possible = {machine: np.ones(states.count, bool) for machine, states in body.states.items()} | dict(among or {})
     allowed = [~forbidden(relation) for relation in relations]
     changed = True
     while changed:

@@ -34,8 +34,14 @@ def conjuncts(operations: Sequence[Operation]) -> list[tuple[Operation, ...]]:
     """The parts of the `and` at the top of a program, or the program itself."""
     if not operations or operations[-1].name != "and":
         return [tuple(operations)]
+    left, right = last_operands(operations)
+    return conjuncts(left) + conjuncts(right)
+
+
+def last_operands(operations: Sequence[Operation]) -> tuple[tuple[Operation, ...], tuple[Operation, ...]]:
+    """The two operands of a program's last operation."""
     split = len(operations) - 1 - _length(operations[:-1])
-    return conjuncts(operations[:split]) + conjuncts(operations[split:-1])
+    return tuple(operations[:split]), tuple(operations[split:-1])
 
 
 def _length(operations: Sequence[Operation]) -> int:

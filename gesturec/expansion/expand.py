@@ -18,6 +18,7 @@ from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.chain import chain_columns, token_machine
 from gesturec.expansion.consistency import conflict_findings
 from gesturec.expansion.environment import Body, SetTable
+from gesturec.expansion.gesture_steps import gesture_findings
 from gesturec.expansion.graph import equal_findings, graph_findings
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits, Refused, refuse_count
 from gesturec.expansion.machine import Expanded, expand_states, truth_of
@@ -77,6 +78,7 @@ def _expand(model: LoweredModel, limits: Limits) -> Expansion:
         return Expansion(None, (*findings, *conflicts))
     findings.extend(_idle(results, relations))
     findings.extend(_empty_poses(body, poses))
+    findings.extend(gesture_findings(body, relations, _named_empty(body, poses)))
     tables = BodyTables(body, columns, tuple(results), tuple(relations), tuple(poses))
     return Expansion(build_artifact(tables), tuple(findings))
 
@@ -174,6 +176,12 @@ def _empty_poses(body: Body, poses: Sequence[PoseTruth]) -> list[Diagnostic]:
             message = f"pose `{pose.name}` holds in no state of machine `{name}`"
             findings.append(Diagnostic("empty-pose", message, pose.span, help=_coupled_help(body, pose)))
     return findings
+
+
+def _named_empty(body: Body, poses: Sequence[PoseTruth]) -> frozenset[str]:
+    """Poses that hold in no state, of which enough is said."""
+    both = zip(body.model.poses, poses, strict=True)
+    return frozenset(pose.name for pose, truth in both if not all(row.any() for row in truth.rows.values()))
 
 
 def _coupled_help(body: Body, pose: LoweredPose) -> str | None:

@@ -21,7 +21,9 @@ from gesturec.lowering.lowered import (
     LoweredConstraint,
     LoweredModel,
     LoweredPart,
+    LoweredPattern,
     LoweredPose,
+    LoweredTruth,
     Operation,
     Program,
     Wanted,
@@ -55,6 +57,7 @@ def lower_bodies(body: ResolvedBody) -> LoweredModel:
         tests=body.tests,
         parameters={**body.parameters, **all_parameters(pairs)},
         sources=tuple(sorted(all_sources(body, models))),
+        patterns=tuple(shift.pattern(each) for shift, model in pairs for each in model.patterns),
         bodies=tuple(part_of(shift, model) for shift, model in pairs),
     )
     return Spanning(body, replace(whole, groups={**all_groups(pairs), **body.groups}), shifts).model()
@@ -123,6 +126,7 @@ class Spanning:
             poses=(*whole.poses, *(poses[name] for name in body.poses)),
             bindings=tuple(map(self.binding, body.bindings)),
             gestures=(*whole.gestures, *map(self.gesture, body.gestures.values())),
+            patterns=(*whole.patterns, *map(self.pattern, body.gestures.values())),
         )
 
     # ids
@@ -266,6 +270,20 @@ class Spanning:
             return {"text": typed.span.text, "pose": typed.symbols[0].full}  # type: ignore[union-attr]
         program = [operation_json(operation) for operation in self.operations(typed)]
         return {"text": typed.span.text, "program": program}
+
+    def pattern(self, gesture: BodyGesture) -> LoweredPattern:
+        """A gesture's pattern with its places."""
+        checked = gesture.checked
+        truths = tuple(
+            LoweredTruth(
+                Program(
+                    self.poses[typed.symbols[0].full] if typed.op == "pose" else self.operations(typed), typed.span
+                ),
+                frozenset(self.poses_named(typed)),
+            )
+            for typed in checked.truths
+        )
+        return LoweredPattern(gesture.full, checked.shape, truths, checked.places)
 
     def binding(self, binding: BodyBinding) -> LoweredBinding:
         """A binding."""

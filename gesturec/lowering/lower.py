@@ -50,8 +50,10 @@ from gesturec.lowering.lowered import (
     LoweredLimb,
     LoweredMachine,
     LoweredModel,
+    LoweredPattern,
     LoweredPose,
     LoweredRule,
+    LoweredTruth,
     NamedState,
     Operation,
     Phase,
@@ -116,6 +118,7 @@ class Lowering:
             gestures=tuple(self.gesture(gesture) for gesture in body.gestures.values()),
             tests=body.tests,
             parameters=body.parameters,
+            patterns=tuple(self.pattern(gesture, poses) for gesture in body.gestures.values()),
             sources=tuple((part.source.name, part.digest) for part in body.model.parts),
         )
 
@@ -350,8 +353,25 @@ class Lowering:
         """A truth of a pattern as JSON."""
         if typed.op == "pose":
             return {"text": typed.span.text, "pose": typed.symbols[0].full}  # type: ignore[union-attr]
-        operations = scaled_operations(self.operations(typed, limb), self.body.scale, self.slides)
+        operations = self.truth_operations(typed, limb)
         return {"text": typed.span.text, "program": [operation_json(operation) for operation in operations]}
+
+    def truth_operations(self, typed: Typed, limb: str | None) -> tuple[Operation, ...]:
+        return scaled_operations(self.operations(typed, limb), self.body.scale, self.slides)
+
+    def pattern(self, gesture: BodyGesture, poses: Iterable[LoweredPose]) -> LoweredPattern:
+        """A gesture's pattern, with its places; a pose has its program once, however many name it."""
+        checked, programs = gesture.checked, {pose.name: pose.program for pose in poses}
+        truths = tuple(
+            LoweredTruth(
+                programs[typed.symbols[0].full]
+                if typed.op == "pose"
+                else Program(self.truth_operations(typed, gesture.limb), typed.span),
+                uses(typed).poses,
+            )
+            for typed in checked.truths
+        )
+        return LoweredPattern(gesture.full, checked.shape, truths, checked.places)
 
     def binding(self, binding: BodyBinding) -> LoweredBinding:
         tokens = tuple((self.numbers.tokens[ours], theirs) for ours, theirs in binding.tokens)

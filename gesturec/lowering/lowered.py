@@ -229,6 +229,26 @@ class LoweredPose:
     span: Span
 
 
+class LoweredTruth(NamedTuple):
+    """A truth of a pattern, and the poses that it names."""
+
+    program: Program
+    poses: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class LoweredPattern:
+    """A gesture's pattern with its places, for findings; what runs it reads `LoweredModel.gestures`.
+
+    `shape` is that of `language.expressions.gestures`, and `places` are those of its steps, from left to right.
+    """
+
+    name: str
+    shape: dict[str, Any]
+    truths: tuple[LoweredTruth, ...]
+    places: tuple[Span, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class LoweredBinding:
     """Names of another tool: our token id -> their names with weights that sum to one."""
@@ -278,3 +298,4 @@ class LoweredModel:
     parameters: dict[str, Any]  # effective values, as written, for reports
     sources: tuple[tuple[str, str], ...] = field(default=())  # name and sha256 of every file read
     bodies: tuple[LoweredPart, ...] = ()  # of several bodies; of one there is none
+    patterns: tuple[LoweredPattern, ...] = ()  # of the gestures, in their order

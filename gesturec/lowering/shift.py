@@ -19,6 +19,7 @@ from gesturec.lowering.lowered import (
     LoweredLimb,
     LoweredMachine,
     LoweredModel,
+    LoweredPattern,
     LoweredPose,
     LoweredRule,
     LoweredToken,
@@ -150,6 +151,14 @@ class Shift:
         limb = self.name if gesture["limb"] is None else self.full(gesture["limb"])
         truths = [self.truth(truth) for truth in gesture["truths"]]
         return {**gesture, "name": self.full(gesture["name"]), "limb": limb, "truths": truths}
+
+    def pattern(self, pattern: LoweredPattern) -> LoweredPattern:
+        """A gesture's pattern with its places."""
+        truths = tuple(
+            truth._replace(program=self.program(truth.program), poses=frozenset(map(self.full, truth.poses)))
+            for truth in pattern.truths
+        )
+        return replace(pattern, name=self.full(pattern.name), truths=truths)
 
     def truth(self, truth: dict[str, Any]) -> dict[str, Any]:
         """A truth of a gesture as JSON."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
-from gesturec.artifact.kinematics import Chain, chain_of, complete_angles, forward, token_positions
+from gesturec.artifact.kinematics import COUPLED, Chain, chain_of, complete_angles, forward, token_positions
 from gesturec.runtime.emission import levers
 from gesturec.runtime.hanging import Route, make_route
 from gesturec.runtime.reach import Graph, machine_graph
@@ -82,8 +82,10 @@ def lay_out(artifact: Artifact, period: float) -> Body:
     rotation, translation = forward(chain, middle)
     columns = artifact.columns
     root = np.flatnonzero((columns["token_machine"] < 0) & (columns["token_virtual"] == 0))
-    speed = columns["joint_max_speed"]
-    graphs = tuple(machine_graph(t, np.asarray(speed[t.joints]), period) for t in machines)
+    # a joint that follows others is as fast as they make it
+    speed = np.where(columns["joint_source"] == COUPLED, np.inf, columns["joint_max_speed"])
+    wraps = np.asarray(columns["joint_wrap"]) == 1
+    graphs = tuple(machine_graph(t, speed[t.joints], period, wraps[t.joints]) for t in machines)
     reaches = tuple(levers(t, _base(t, rotation, translation)) for t in machines)
     start = np.cumsum([0, *[len(t.state_names) for t in machines]])
     return Body(

@@ -20,6 +20,7 @@ from gesturec.artifact.artifact import MachineTables
 from gesturec.runtime.arrays import Mask
 from gesturec.runtime.chain import Belief, GraphChain, LatticeChain
 from gesturec.runtime.chi_square import chi_square_quantile
+from gesturec.runtime.curve_chain import CurveChain
 from gesturec.runtime.decision import Decision, credible_set, most_probable
 from gesturec.runtime.emission import Evidence, emit, personal_variance
 from gesturec.runtime.likelihood import cell_likelihood
@@ -47,7 +48,7 @@ class WindowDecoder:
     """The recursion for one machine."""
 
     tables: MachineTables
-    chain: LatticeChain | GraphChain
+    chain: LatticeChain | GraphChain | CurveChain
     lever: Array
     first: Mask  # (n_state,) states in which a take may begin
     sure: float  # probability below which no state is told

@@ -32,9 +32,6 @@ PATHS = {
 DURATIONS = {"crossing": 24.0, "excavator": 20.0}
 """Seconds that a path takes within the joints' speeds; 8 where none is given."""
 
-LAGS = "`forward` steps round a cycle at any pace alike, and runs behind it by more than a sample"
-LAGGING = {("gait", "forward")}
-
 every_model = pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 
 
@@ -86,9 +83,7 @@ def test_compiles_and_is_analysed(path: Path) -> None:
 
 @every_model
 @pytest.mark.parametrize("decoder", ["nearest", "forward"])
-def test_a_random_take_is_decoded(path: Path, decoder: str, request: pytest.FixtureRequest) -> None:
-    if (path.stem, decoder) in LAGGING:
-        request.applymarker(pytest.mark.xfail(reason=LAGS, strict=True, raises=AssertionError))
+def test_a_random_take_is_decoded(path: Path, decoder: str) -> None:
     artifact = model(path)
     check(artifact, *decoded(artifact, SimulateOptions(duration=6, rate=25, noise=NOISE, seed=2), decoder))
 

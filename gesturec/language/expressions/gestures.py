@@ -22,6 +22,7 @@ Times are in seconds.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -46,11 +47,12 @@ MOST_DEEP: Final = 50
 
 @dataclass(frozen=True, slots=True)
 class CheckedGesture:
-    """A pattern's truths, and its shape over them."""
+    """A pattern's truths, and its shape over them; `places` are those of the shape's `leaves`."""
 
     truths: tuple[Typed, ...]
     shape: Shape
     span: Span
+    places: tuple[Span, ...] = ()
 
     @property
     def is_truth(self) -> bool:
@@ -69,7 +71,8 @@ def check_gesture(pattern: tree.Pattern, place: scope.Scope, findings: Findings)
         return findings.report("bad-pattern", message, pattern.span, "every step may be left out")
     suspect(walk, made, findings)
     shape = walk.finished(made)
-    return CheckedGesture(tuple(walk.truths), shape, pattern.span)
+    places = tuple(walk.places[id(leaf)] for leaf in leaves(shape))
+    return CheckedGesture(tuple(walk.truths), shape, pattern.span, places)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +97,7 @@ class Patterns:
     truths: list[Typed] = field(default_factory=list)
     open: list[str] = field(default_factory=list)
     limbs: list[str | None] = field(default_factory=list)
+    places: dict[int, Span] = field(default_factory=dict)  # by the id of a leaf's mapping
     steps: int = 0
 
     def check(self, node: tree.Pattern, place: scope.Scope) -> Part | None:
@@ -107,7 +111,7 @@ class Patterns:
                 return self.truth(check(node.expression, place, TRUTH, self.findings))
             case tree.Moment():
                 truth = self.truth(check_truth(node.truth, place, self.findings))
-                return truth and Part(node.span, None, {node.edge: self.number(truth)})
+                return truth and Part(node.span, None, self.leaf({node.edge: self.number(truth)}, node.span))
             case tree.Negation():
                 truth = self.must_be_truth(self.check(node.operand, place), "`not`")
                 return truth and self.joined("not", [truth], node.span)
@@ -190,7 +194,12 @@ class Patterns:
 
     def finished(self, part: Part) -> Shape:
         """The shape of a part, its truth numbered."""
-        return part.inner if part.inner is not None else {"truth": self.number(part)}
+        return part.inner if part.inner is not None else self.leaf({"truth": self.number(part)}, part.span)
+
+    def leaf(self, shape: Shape, span: Span) -> Shape:
+        """A step's shape, and where the step is written."""
+        self.places[id(shape)] = span
+        return shape
 
     def must_be_truth(self, part: Part | None, taker: str) -> Part | None:
         """A part that must be a truth."""
@@ -244,7 +253,7 @@ class Patterns:
             "most": high if math.isfinite(high) else None,
             "decided": decided,
         }
-        return Part(node.span, None, shape)
+        return Part(node.span, None, self.leaf(shape, node.span))
 
     def sequence(self, node: tree.Sequence, place: scope.Scope) -> Part | None:
         """`a -> b ->> c`"""
@@ -300,6 +309,18 @@ def what_it_is(shape: Shape) -> str:
     }
     words |= {"held": "a truth held for a time", "enter": "a moment", "leave": "a moment"}
     return next(word for key, word in words.items() if key in shape)
+
+
+def leaves(shape: Shape) -> Iterator[Shape]:
+    """The steps of a shape, from left to right."""
+    match shape:
+        case {"sequence": parts} | {"choice": parts}:
+            for part in parts:
+                yield from leaves(part)
+        case {"repeat": inner} | {"within": inner}:
+            yield from leaves(inner)
+        case _:
+            yield shape
 
 
 def least_steps(shape: Shape) -> int:
