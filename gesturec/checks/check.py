@@ -22,6 +22,7 @@ from gesturec.checks.parameters import SCALE, Settled, settle
 from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_poses
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
+from gesturec.checks.suspicions import is_misspelt, warn_of_root
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
@@ -33,8 +34,6 @@ from gesturec.language.model import Model
 from gesturec.language.schema.blocks import JointEntry
 
 NO_SETTINGS: Mapping[str, object] = {}
-# Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
-FEWEST_ROOT_TOKENS = 3
 
 
 def check_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> tuple[Diagnostic, ...]:
@@ -164,13 +163,9 @@ def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
     """What is legal and probably not meant."""
     for name, (key, _, _) in settled.blocks.items():
         given = body.environment.find(name)
-        if given is not None and not given.is_used and name != SCALE:
+        if given is not None and not given.is_used and name != SCALE and not is_misspelt(name, findings):
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
-    measured = [token for token in body.root_tokens.values() if not token.virtual]
-    root = body.model.main.block.root
-    if root is not None and len(measured) < FEWEST_ROOT_TOKENS:
-        message = f"the root has {len(measured)} tokens to be measured; its frame is fitted from three or more"
-        findings.report("few-root-tokens", message, root.key("tokens") if root.has("tokens") else root.start)
+    warn_of_root(body, findings)
     for limb in blind_limbs(body):
         message = f"no token of machine `{limb.name}` can be measured, so its states cannot be told apart"
         findings.report("no-visible-token", message, limb.span)

@@ -116,7 +116,7 @@ WARNINGS: Final = (
     ("radians-suspected", "an angle looks like radians in a file of degrees"),
     ("equal-limits", "an interval's two ends are the same"),
     ("never-measured", "a binding names a virtual token"),
-    ("few-root-tokens", "the root has fewer than three tokens, so that its frame cannot be fitted"),
+    ("few-root-tokens", "the root has fewer than three tokens, or all in one line, so that its frame cannot be fitted"),
     ("no-visible-token", "a machine moves no token that can be measured"),
     ("dead-end", "a state has no way out"),
     ("unreachable", "a state cannot be reached"),

@@ -1,0 +1,62 @@
+"""What of a body is legal and probably not meant: about its root's tokens and its parameters.
+
+In: the resolved body and the findings so far. Out: warnings, and none that only repeats an error in the same place:
+what is misspelt is neither missing nor unused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Final
+
+from gesturec.checks.body import ResolvedBody
+from gesturec.checks.rotations import Vector, add, cross, scaled, unit
+from gesturec.diagnostics.source import Span
+from gesturec.diagnostics.suggest import nearest
+from gesturec.language.findings import Findings
+
+# Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
+FEWEST_ROOT_TOKENS: Final = 3
+# Points that are nowhere farther from a line than this share of their length leave the turn about it to the noise.
+IN_LINE: Final = 1e-3
+
+
+def warn_of_root(body: ResolvedBody, findings: Findings) -> None:
+    """Warn of a root whose tokens do not fix its frame, unless one of them is wrong already."""
+    root = body.model.main.block.root
+    if root is None or root.is_hole("tokens") or has_error_in(root.span, findings):
+        return
+    places = [token.at for token in body.root_tokens.values() if not token.virtual]
+    span = root.key("tokens") if root.has("tokens") else root.start
+    if len(places) < FEWEST_ROOT_TOKENS:
+        count = f"{len(places)} token{'' if len(places) == 1 else 's'}"
+        message = f"the root has {count} to be measured; its frame is fitted from three or more"
+        findings.report("few-root-tokens", message, span)
+    elif are_in_line(places):
+        message = "the root's tokens stand in one line, and nothing tells how the body is turned about it"
+        findings.report("few-root-tokens", message, span, "all in one line", "put one of them off the line")
+
+
+def are_in_line(places: Sequence[Vector]) -> bool:
+    """Whether points lie on one line, or all in one place."""
+    first = places[0]
+    offsets = [add(place, scaled(first, -1.0)) for place in places]
+    farthest = max(offsets, key=lambda offset: math.hypot(*offset))
+    along = unit(farthest)
+    length = math.hypot(*farthest)
+    return along is None or all(math.hypot(*cross(along, offset)) <= IN_LINE * length for offset in offsets)
+
+
+def has_error_in(span: Span, findings: Findings) -> bool:
+    """Whether an error was found within a place."""
+    inside = (finding.span for finding in findings.errors() if finding.span is not None)
+    return any(other.source is span.source and span.start <= other.start < span.end for other in inside)
+
+
+def is_misspelt(parameter: str, findings: Findings) -> bool:
+    """Whether a name that there is not was found, which may be this parameter's."""
+    unknown = [
+        finding.span.text for finding in findings.found.values() if finding.rule == "unknown-parameter" and finding.span
+    ]
+    return any(nearest(text.lstrip("$"), [parameter]) is not None for text in unknown)

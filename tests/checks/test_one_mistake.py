@@ -1,0 +1,61 @@
+"""One mistake gives one finding: nothing else is said of what follows from it, not even a warning."""
+
+from __future__ import annotations
+
+import pytest
+
+from gesturec.compile import findings_of
+from gesturec.diagnostics.render import render
+from gesturec.diagnostics.source import Source
+
+LAMP = """gesturec: 1
+name: lamp
+units: {length: cm, angle: deg}
+parameters: {reach: {value: 30, range: 20 .. 40}}
+root:
+  name: foot
+  tokens: {left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}
+limbs:
+  arm:
+    chain:
+      - {joint: swivel, at: [0, 3, 0], axis: y, range: -180 .. 180, every: 45, wrap: true}
+      - {joint: lift, axis: z, range: 0 .. 90, every: 30}
+      - {token: knee, at: [$reach, 0, 0]}
+      - {joint: elbow, at: [30, 0, 0], axis: -z, levels: [0, 45, 90]}
+      - {token: bulb, at: [8, 2, 0]}
+    machine: {step: adjacent, tick: 50 ms}
+    constraints:
+      - {name: clear, require: bulb.y > 0}
+    poses:
+      folded: {lift: 90, elbow: 90}
+      up: {lift: 90, elbow: 0}
+poses:
+  away: {arm: folded}
+  torch: {arm: up}
+gestures:
+  unfold: away -> torch within 3 s
+"""
+
+MISTAKES = {
+    "tokens as a list": ("{left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}", "[left, right]", "wrong-kind"),
+    "a token's place is wrong": ("front: [10, 0, 0]", "front: [10, 0]", "wrong-kind"),
+    "a misspelt parameter": ("at: [$reach, 0, 0]", "at: [$reech, 0, 0]", "unknown-parameter"),
+    "tokens of the root in a line": ("front: [10, 0, 0]", "front: [0, 0, 0]", "few-root-tokens"),
+    "tokens of the root in a slanted line": (
+        "{left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}",
+        "{a: [1, 1, 1], b: [2, 2.0001, 2], c: [7, 7, 7], d: [1, 1, 1]}",
+        "few-root-tokens",
+    ),
+}
+
+
+def test_the_lamp_is_without_fault() -> None:
+    findings = findings_of(Source("lamp.yaml", LAMP))
+    assert findings == (), render(findings)
+
+
+@pytest.mark.parametrize("old, new, rule", MISTAKES.values(), ids=MISTAKES)
+def test_one_mistake_is_one_finding(old: str, new: str, rule: str) -> None:
+    assert old in LAMP
+    findings = findings_of(Source("lamp.yaml", LAMP.replace(old, new)))
+    assert [finding.rule for finding in findings] == [rule], render(findings)
