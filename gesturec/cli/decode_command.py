@@ -38,6 +38,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--decoder", metavar="NAME", help="forward (default), viterbi, fuzzy or nearest")
     parser.add_argument(
+        "--literal", action="store_true", help="the source paper's rule as it stands: nearest, and no more over a gap"
+    )
+    parser.add_argument("--start", metavar="POSE", help="pose in which every recording begins (default: any)")
+    parser.add_argument(
         "--noise", type=positive_length, metavar="LENGTH", help="noise of a point, like 2mm (default: estimated)"
     )
     parser.add_argument(
@@ -82,11 +86,16 @@ def session_options(options: Namespace) -> dict[str, Any]:
         bind = load_plain_yaml(bind)
         if not isinstance(bind, dict):
             raise UsageError(f"{options.bind} is not a binding: a mapping of our tokens to their names")
+    if options.literal and options.decoder not in (None, "nearest"):
+        raise UsageError(f"--literal is the decoder `nearest`, not `{options.decoder}`")
+    decoder = "nearest" if options.literal else options.decoder
     told = {
         "bind": bind,
-        "decoder": options.decoder,
+        "decoder": decoder,
+        "growing": False if options.literal else None,
+        "start": options.start,
         "noise": options.noise,
-        "lag": options.lag if options.lag is not None or options.decoder == "nearest" else DEFAULT_LAG,
+        "lag": options.lag if options.lag is not None or decoder == "nearest" else DEFAULT_LAG,
         "sure": options.sure,
         "scale": options.scale,
     }

@@ -92,6 +92,7 @@ ERRORS: Final = (
     ("keyed-without-values", "a keyed joint has no state, cycle or path that gives it values"),
     ("mixed-units", "bare numbers of files with different units are added"),
     ("empty-group", "a group has no members"),
+    ("repeated-member", "a list of members names the same one twice"),
     ("mixed-group", "a group has members of different kinds"),
     # machines, constraints, poses
     ("two-machines", "a limb belongs to two machines"),

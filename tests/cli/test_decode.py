@@ -13,6 +13,8 @@ import pytest
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.store import save
 from gesturec.cli.main import main
+from gesturec.recordings.read import read
+from gesturec.runtime.decode import decode
 
 Capture = pytest.CaptureFixture[str]
 HEAD = ["frame", "time", "index", "middle", "ring", "little", "thumb", "index.abduction", "index.mcp"]
@@ -83,6 +85,30 @@ def test_standard_input_and_output(folder: Path, monkeypatch: pytest.MonkeyPatch
     output = capsys.readouterr()
     assert output.out.startswith(",".join(HEAD)) and output.out.count("\n") == 27
     assert "binding" in output.err
+
+
+def test_a_take_begins_in_the_pose_that_is_told(folder: Path, capsys: Capture) -> None:
+    assert main(["simulate", "hand.gcm", "--path", "flat -> fist", "--hide", "index", "-o", "hidden.csv"]) == 0
+    for name, start in (("free", []), ("told", ["--start", "flat"])):
+        assert main(["decode", "hand.gcm", "hidden.csv", *start, "-o", name]) == 0
+    first = {name: rows(folder / f"{name}.states.csv")[1] for name in ("free", "told")}
+    assert (first["free"][2], first["told"][2]) == ("?", "0/0/0")
+    capsys.readouterr()
+    assert main(["decode", "hand.gcm", "take.csv", "--start", "fits", "-o", "out"]) == 2
+    assert "no pose `fits`" in capsys.readouterr().err
+
+
+def test_the_literal_rule_is_the_source_paper_s(folder: Path, capsys: Capture, hand: Artifact) -> None:
+    assert main(["decode", "hand.gcm", "take.csv", "--literal", "-o", "out"]) == 0
+    found = decode(hand, read("take.csv"), decoder="nearest", growing=False)
+    index = [row[2] for row in rows(folder / "out.states.csv")[1:]]
+    names = hand.machine(0).state_names
+    assert index == ["?" if state < 0 else names[state] for state in found.state[:, 0]]
+    assert main(["decode", "hand.gcm", "take.csv", "--decoder", "nearest", "-o", "grown"]) == 0
+    assert index != [row[2] for row in rows(folder / "grown.states.csv")[1:]]
+    capsys.readouterr()
+    assert main(["decode", "hand.gcm", "take.csv", "--literal", "--decoder", "viterbi", "-o", "out"]) == 2
+    assert "--literal is the decoder `nearest`, not `viterbi`" in capsys.readouterr().err
 
 
 def test_a_hidden_limb_is_undecided_and_its_cells_are_empty_or_carried(folder: Path) -> None:

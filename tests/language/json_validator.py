@@ -9,7 +9,7 @@ from typing import Any
 KNOWN = {
     "$schema", "$ref", "$defs", "title", "description", "type", "properties", "additionalProperties",
     "patternProperties", "propertyNames",
-    "required", "oneOf", "anyOf", "allOf", "enum", "const", "items", "minItems", "maxItems", "pattern",
+    "required", "oneOf", "anyOf", "allOf", "enum", "const", "items", "minItems", "maxItems", "uniqueItems", "pattern",
 }  # fmt: skip
 TYPES = {"object": dict, "array": list, "string": str, "boolean": bool, "number": (int, float)}
 
@@ -61,6 +61,8 @@ def combination_faults(value: Any, schema: Any, root: Any, path: str) -> Iterato
 def list_faults(value: list[Any], schema: Any, root: Any, path: str) -> Iterator[str]:
     if not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
         yield f"{path}: {len(value)} items"
+    if schema.get("uniqueItems", False) and any(item in value[:number] for number, item in enumerate(value)):
+        yield f"{path}: an item stands twice"
     for number, item in enumerate(value):
         yield from faults(item, schema.get("items", {}), root, f"{path}/{number}")
 

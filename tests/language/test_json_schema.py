@@ -63,6 +63,7 @@ def test_takes_every_shipped_model(path: Path) -> None:
         lambda m: m["limbs"]["index"].pop("template"),
         lambda m: m["gestures"].update(grab={"patern": "flat -> fist"}),
         lambda m: m["tests"][0].pop("path"),
+        lambda m: m["groups"].update(both=["index", "index"]),
     ],
 )
 def test_refuses_what_the_compiler_refuses(change: Any) -> None:

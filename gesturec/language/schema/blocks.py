@@ -239,7 +239,7 @@ class Machine(LimbMachine):
     """A machine over several limbs."""
 
     required = ("limbs",)
-    limbs: leaves.Names = None
+    limbs: leaves.Members = None
     """The limbs that it takes in, whole."""
 
 
@@ -252,7 +252,7 @@ class Transitions(Block):
     """The time that one step takes, unless a machine says otherwise."""
     rules: Listed[Rule] = ()
     """Rules on one step of the body."""
-    exclusive: leaves.Names = None
+    exclusive: leaves.Members = None
     """Of these at most one changes in a step: `motion`, `deformation`, or machines."""
 
 
@@ -377,7 +377,7 @@ class ModelFile(Block):
     """Values that `--set` or a profile may change."""
     mirror: FileMirror | None = None
     """How the whole body is reflected by `--set side=`."""
-    groups: Holed[leaves.Names] = NO_NAMES
+    groups: Holed[leaves.Members] = NO_NAMES
     """Names for several limbs, joints or tokens."""
     root: Root | None = None
     """The part whose frame is the intrinsic one."""

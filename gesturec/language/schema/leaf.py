@@ -15,6 +15,7 @@ from typing import Any, Final
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import core_schema
 
+from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
@@ -236,6 +237,20 @@ def is_names(node: Any, findings: Findings) -> bool:
         wrong_kind(node, "a list of names", findings)
         return False
     return every(is_path(item, findings) for item in node)
+
+
+def is_members(node: Any, findings: Findings) -> bool:
+    """A list of names, each once; one that stands twice is reported and the list kept, which means the same."""
+    if not is_names(node, findings):
+        return False
+    firsts: dict[Text, Text] = {}
+    for item in node:
+        first = firsts.setdefault(item, item)
+        if first is not item:
+            related = (Related("first here", first.span),)
+            message = f"`{item}` stands twice in one list of members"
+            findings.report("repeated-member", message, item.span, "again here", "name each once", related)
+    return True
 
 
 def is_bound_tokens(node: Any, findings: Findings) -> bool:

@@ -41,6 +41,7 @@ def words(*allowed: str) -> Leaf:
 
 VECTOR_JSON: Final = any_of({"type": "string"}, list_of(NUMBER_JSON, minItems=3, maxItems=3))
 LEVELS_JSON: Final = any_of(list_of(NUMBER_JSON, minItems=1), map_of(NUMBER_JSON, NAME_JSON), PARAMETER_JSON)
+MEMBERS_JSON: Final = any_of(list_of(PATH_JSON, uniqueItems=True), PARAMETER_JSON)
 NAMES_JSON: Final = any_of(list_of(PATH_JSON), PARAMETER_JSON)
 REST_JSON: Final = any_of(
     {
@@ -81,6 +82,7 @@ Truth: TypeAlias = Annotated[
 Name: TypeAlias = Annotated[Text | None, Leaf("a name", form.is_name, NAME_JSON, passes=False)]
 Path: TypeAlias = Annotated[Text | None, Leaf("a name", form.is_path, PATH_JSON)]
 Names: TypeAlias = Annotated[Text | Sequence | None, Leaf("a list of names", form.is_names, NAMES_JSON)]
+Members: TypeAlias = Annotated[Text | Sequence | None, Leaf("a list of names", form.is_members, MEMBERS_JSON)]
 Expression: TypeAlias = Annotated[
     Text | None, Leaf("an expression", form.text_of("an expression"), {"type": ["string", "number", "boolean"]})
 ]
