@@ -101,6 +101,8 @@ def rebake(
     """
     columns = {name: np.array(array) for name, array in artifact.columns.items()}
     manifest = artifact.manifest
+    if manifest.bodies:
+        raise ValueError("a model of several bodies has no one size or places: rebake each by itself")
     size = manifest.scale if scale is None else scale
     if not (np.isfinite(size) and size > 0):
         raise ValueError("a body's scale is a positive number")

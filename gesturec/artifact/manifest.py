@@ -29,7 +29,8 @@ class Manifest:
     `parameters`, `gestures`, `tests`, `report` and `profile` are plain JSON whose inside other rooms define. In
     `wanted` an entry is [value, low, high] with null for an open end; in `bindings` an entry is {name,
     tokens: {ours: {theirs: weight}}, order, up}; in `dwell` {machine, name, states, shortest, longest};
-    in `phases` {name, start, end, states, parts}.
+    in `phases` {name, start, end, states, parts}; in `bodies`, which is empty for one body, {name, root,
+    scale, exclusive} and [first, count] of its limbs, joints, tokens and machines.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Manifest:
     dwell: tuple[Mapping[str, Any], ...] = ()
     report: Mapping[str, Any] = field(default_factory=dict)
     profile: Mapping[str, Any] = field(default_factory=dict)  # of the person whose body this is; empty: the model's
+    bodies: tuple[Mapping[str, Any], ...] = ()
 
 
 def manifest_text(manifest: Manifest) -> str:

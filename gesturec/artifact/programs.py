@@ -86,12 +86,20 @@ OPS: Final = (
     Op("angle", 2, "angle between two vectors, rad"),
     Op("cycle_distance", 2, "the short way round between two places on a cycle"),
     Op("flip", 1, "the vector reflected across axis `argument`"),
+    Op("world_token", 0, "position of token `argument` in the world"),
 )
+
+# What the argument of an operation about one body's place or motion counts to: of several bodies, the number of the
+# one that is meant, times this, is added to it
+OF_BODY: Final = {"root_axis": 3, "body_rate": 2, "world_rate": 2, "still": 1}
 
 CODES: Final = {op.name: code for code, op in enumerate(OPS)}
 TAKES: Final = {op.name: op.takes for op in OPS}
 VECTORS: Final = frozenset(
-    ("token", "local_token", "prev_token", "prev_local_token", "root_axis", "world_axis", "body_rate", "world_rate")
+    (
+        *("token", "local_token", "prev_token", "prev_local_token", "world_token"),
+        *("root_axis", "world_axis", "body_rate", "world_rate"),
+    )
 )
 
 

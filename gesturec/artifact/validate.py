@@ -63,7 +63,7 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
         _check_relations,
     ):
         check(columns, sizes)
-    check_programs(columns, sizes)
+    check_programs(columns, sizes, max(1, len(manifest.bodies)))
     check_names(manifest, columns, sizes)
 
 

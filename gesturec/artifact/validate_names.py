@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from math import inf
 from typing import Final
 
 from gesturec.artifact.artifact import Array
@@ -18,6 +19,7 @@ from gesturec.diagnostics.errors import ArtifactError
 
 Columns = Mapping[str, Array]
 
+PARTS: Final = ("limbs", "joints", "tokens", "machines")  # what each of several bodies has a run of
 MOST_WEIGHT: Final = 1e6  # of one point in a mean that sums to one; beyond, only rounding is left
 
 TEST: Final = {"name", "path", "duration", "rate", "noise", "hide", "expect", "never", "within_level", "line"}
@@ -78,6 +80,27 @@ def check_names(manifest: Manifest, columns: Columns, sizes: Mapping[str, int]) 
     for pose, wanted in manifest.wanted.items():
         require(pose in manifest.poses and set(wanted) <= set(manifest.joints), "a pose wants what is not there")
         require(all(len(value) == 3 for value in wanted.values()), "a pose wants no value and interval")
+    _check_bodies(manifest)
+
+
+def _check_bodies(manifest: Manifest) -> None:
+    """Several bodies share out the model's parts, in order; their names stand before those of what they have."""
+    ends = dict.fromkeys(PARTS, 0)
+    for body in manifest.bodies:
+        require(set(body) == {"name", "root", "scale", "exclusive", *PARTS}, "a body is malformed")
+        require(isinstance(body["name"], str) and isinstance(body["root"], str), "a body has no name")
+        require(type(body["scale"]) in (int, float) and 0 < body["scale"] < inf, "a body's scale is no positive number")
+        require(isinstance(body["exclusive"], list), "a body is malformed")
+        for what in PARTS:
+            run = body[what]
+            require(isinstance(run, list) and len(run) == 2 and all(type(n) is int for n in run), "a body is malformed")
+            require(run[0] == ends[what] and run[1] >= 0, f"the bodies do not share out the {what}")
+            ends[what] = run[0] + run[1]
+            names = getattr(manifest, what)[run[0] : ends[what]]
+            require(all(n.startswith(f"{body['name']}.") for n in names), f"the {what} of a body lack its name")
+    require(len({body["name"] for body in manifest.bodies}) == len(manifest.bodies), "two bodies have one name")
+    for what in PARTS if manifest.bodies else ():
+        require(ends[what] == len(getattr(manifest, what)), f"the bodies do not share out the {what}")
 
 
 def _is_forest(groups: Mapping[str, tuple[str, ...]]) -> bool:

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from gesturec.artifact.artifact import Array
-from gesturec.artifact.programs import CODES, OPS, Operation, Programs, leaves_vector, unpack_limbs
+from gesturec.artifact.programs import CODES, OF_BODY, OPS, Operation, Programs, leaves_vector, unpack_limbs
 from gesturec.artifact.validate_names import require
 from gesturec.diagnostics.errors import ArtifactError
 
@@ -34,17 +34,19 @@ ARGUMENTS: Final[dict[str, str | int]] = {
     "world_rate": 2,
     "component": 3,
     "flip": 3,
+    "world_token": "n_token",
+    "still": 1,
 }
 COUPLING_LEAVES: Final = frozenset({"constant", "joint"})  # a coupled value follows joints alone
 
 
-def check_programs(columns: Mapping[str, Array], sizes: Mapping[str, int]) -> None:
+def check_programs(columns: Mapping[str, Array], sizes: Mapping[str, int], n_body: int = 1) -> None:
     """Raise ArtifactError unless every program can be evaluated."""
     codes = columns["op_code"]
     require(len(codes) == 0 or (codes.min() >= 0 and codes.max() < len(OPS)), "`op_code` is no operation")
     for name, bound in ARGUMENTS.items():
         named = columns["op_argument"][codes == CODES[name]]
-        limit = sizes[bound] if isinstance(bound, str) else bound
+        limit = sizes[bound] if isinstance(bound, str) else bound * (n_body if name in OF_BODY else 1)
         require(_within(named, limit), f"`{name}` names what is not there")
     limbs = unpack_limbs(columns["op_argument"][codes == CODES["clearance"]])
     require(all(_within(limb, sizes["n_limb"]) for limb in limbs), "`clearance` names no limb")

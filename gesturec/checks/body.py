@@ -310,3 +310,4 @@ class ResolvedBody:
     exclusive: tuple[str, ...] = ()
     tests: tuple[dict[str, Any], ...] = ()
     parameters: dict[str, Any] = field(default_factory=dict)
+    parts: dict[str, Any] = field(default_factory=dict)  # of several bodies: checks.bodies.BodyPart by name

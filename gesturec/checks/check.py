@@ -63,20 +63,28 @@ def resolve_model(
 def resolved_body(
     model: Model, settings: Mapping[str, object], profile: str | os.PathLike[str] | None, findings: Findings
 ) -> ResolvedBody:
-    """The body of a model with every name resolved."""
-    settled = settle(model, {**profile_settings(profile, findings), **settings}, findings)
+    """The body of a model with every name resolved; of several bodies, what spans them with the bodies as parts."""
+    if model.bodies and profile is not None:
+        span = model.main.block.key("bodies")
+        findings.report("other-model", "a profile is one person's body, and this model has several", span)
+        profile = None
+    told = {**profile_settings(profile, findings), **settings}
+    own = {name: value for name, value in told.items() if name.partition(".")[0] not in model.bodies}
+    settled = settle(model, own, findings)
     body = ResolvedBody(model, str(model.main.block.name or ""), settled.of(model.main))
     body.scale, body.flip, body.parameters = settled.scale, settled.flip, dict(settled.effective)
     if model.main.block.has("bodies"):
-        span = model.main.block.key("bodies")
-        findings.report("not-built", "`bodies`, several bodies in one model, is not built yet", span)
-        return body
-    build_parts(body, settled, findings)
+        from gesturec.checks.bodies import build_bodies
+
+        if not model.main.block.has("root"):  # which is reported: what is in the file is then of neither kind
+            build_bodies(body, settled, settings, findings)
+    else:
+        build_parts(body, settled, findings)
     return body
 
 
-def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
-    """Everything that a body is made of, each part in the names of those before it."""
+def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> tuple[Names, Poses]:
+    """Everything that a body is made of, each part in the names of those before it; what names its poses have."""
     environment = body.environment
     build_root(body, environment)
     build_limbs(body, settled, findings)
@@ -99,6 +107,7 @@ def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> Non
     body.bindings = build_bindings(body, settled, findings)
     body.tests = build_tests(body, poses, tuple(gestures.written), environment)
     warn(body, settled, findings)
+    return names, poses
 
 
 def own_names(written: Iterable[WrittenPose | WrittenGesture]) -> dict[str | None, tuple[str, ...]]:

@@ -26,6 +26,14 @@ SCALE, SIDE = "scale", "side"
 SMALLEST_SCALE, LARGEST_SCALE = 1e-3, 1e3
 
 
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A setting that another file says, with what is seen there."""
+
+    node: Text
+    environment: Environment
+
+
 @dataclass(eq=False)
 class Settled:
     """Parameters with their values: one environment a file, all with the same names."""
@@ -97,6 +105,8 @@ def given_of(name: str, key: Text, block: Parameter, environment: Environment) -
 
 def setting_text(name: str, value: object) -> Text:
     """A setting as a text with a place of its own, so that it is parsed and reported like one of a file."""
+    if isinstance(value, Placed):
+        return value.node
     if isinstance(value, Text):
         return value
     text = f"{value!r}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
@@ -130,7 +140,7 @@ def set_value(
             "unknown-setting", f"the model has no parameter `{name}`", text.span, help=did_you_mean(name, known)
         )
         return
-    given[name] = Given(name, text, text.span, blocks[name][2])
+    given[name] = Given(name, text, text.span, value.environment if isinstance(value, Placed) else blocks[name][2])
 
 
 def setting_scale(settings: Settings[str, object], environment: Environment) -> float:

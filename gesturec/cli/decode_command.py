@@ -145,7 +145,8 @@ def summary_text(outcome: Outcome) -> str:
     from gesturec.cli.info_command import table
 
     summary = outcome.summary
-    size = "unknown" if summary["scale"] is None else f"{summary['scale']:.4g}"
+    sizes = summary.get("scales", {"": summary["scale"]})
+    size = ", ".join(f"{name} {_size(value)}".strip() for name, value in sizes.items())
     noise = "unknown" if summary["noise"] is None else f"{1000 * summary['noise']:.3g} mm"
     head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, "
     head += f"scale {size}, noise {noise}"
@@ -163,6 +164,10 @@ def summary_text(outcome: Outcome) -> str:
             f"  -> {', '.join(outcome.files)}",
         ]
     )
+
+
+def _size(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.4g}"
 
 
 def warnings_of(outcome: Outcome) -> list[str]:

@@ -152,6 +152,7 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         "frames": frames,
         "binding": report["binding"],
         "scale": float(scale[-1]) if len(scale) else None,
+        **({} if decoding.places is None else {"scales": _scales(decoding)}),
         "noise": report["noise"] if np.isfinite(report["noise"]) else None,
         "status": dict(report["status"]),
         "machines": {name: _shares(counts, frames) for name, counts in report["machines"].items()},
@@ -161,6 +162,16 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         "ignored_points": report["ignored_points"],
         "notes": said,
     }
+
+
+def _scales(decoding: Decoding) -> dict[str, float | None]:
+    """The last size known of each of several bodies."""
+    import numpy as np
+
+    assert decoding.places is not None
+    pairs = zip(decoding.manifest.bodies, decoding.places.scale.T, strict=True)
+    known = {body["name"]: scale[np.isfinite(scale)] for body, scale in pairs}
+    return {name: float(scale[-1]) if len(scale) else None for name, scale in known.items()}
 
 
 def some(names: Sequence[str]) -> str:

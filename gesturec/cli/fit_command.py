@@ -53,6 +53,8 @@ def run(options: Namespace) -> int:
     artifact = load_artifact(options.model, options)
     if artifact.manifest.profile:
         raise UsageError("the model has a fitted body already; fit starts from the model as it was written")
+    if artifact.manifest.bodies:
+        raise UsageError("the model has several bodies; fit each by its own model, with a recording of it alone")
     fit = _fit(artifact, options)
     with text_output(options.output) as stream:
         stream.write(profile_text(fit.profile))

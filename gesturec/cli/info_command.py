@@ -41,6 +41,7 @@ def model_facts(artifact: Any) -> dict[str, Any]:
         "digest": manifest.digest,
         "units": dict(manifest.units),
         "machines": [_machine_facts(artifact, machine) for machine in range(artifact.n_machine)],
+        **({"bodies": [body["name"] for body in manifest.bodies]} if manifest.bodies else {}),
         "tokens": list(manifest.tokens),
         "joints": list(manifest.joints),
         "poses": list(manifest.poses),
@@ -78,8 +79,8 @@ def _show_model(facts: dict[str, Any]) -> str:
         rows.append((machine["name"], machine["kind"], machine["step"], *counts, joints))
     lines += table(rows)
     lines.append("")
-    for name in ("tokens", "poses", "gestures", "bindings", "constraints", "relations"):
-        if facts[name]:
+    for name in ("bodies", "tokens", "poses", "gestures", "bindings", "constraints", "relations"):
+        if facts.get(name):
             lines.append(f"{len(facts[name])} {name}: {', '.join(map(str, facts[name]))}")
     return "\n".join([*lines, f"{facts['bytes']:,} bytes of tables"])
 

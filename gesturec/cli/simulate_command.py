@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from gesturec.cli.models import add_model_options, load_artifact
 from gesturec.cli.output import binary_output, check_folder, text_output
-from gesturec.cli.usage import UsageError, length, positive, positive_duration
+from gesturec.cli.usage import UsageError, length, positive, positive_duration, positive_length
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
@@ -40,6 +40,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--noise-px", type=positive, metavar="PX", help="noise of every pixel coordinate (with --rig)")
     parser.add_argument(
         "--hide", action="append", default=[], metavar="TOKEN@0.3-0.6", help="tokens not seen, and when (s)"
+    )
+    parser.add_argument(
+        "--apart", type=positive_length, metavar="LENGTH", help="from each of several bodies to the next, like 40cm"
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all that is random (default: 1)")
     parser.add_argument(
@@ -109,6 +112,7 @@ def _simulate_options(artifact: Artifact, options: Namespace) -> SimulateOptions
         noise_px=options.noise_px or 0.0,
         hidden=tuple(parse_hidden(text, artifact.manifest) for text in options.hide),
         seed=options.seed,
+        apart=options.apart,
     )
 
 

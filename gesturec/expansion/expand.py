@@ -50,6 +50,17 @@ class Expansion(NamedTuple):
 
 def expand_model(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Expansion:
     """Expand a lowered model within `limits`."""
+    artifact, findings = _expand(model, limits)
+    return Expansion(artifact, _each_once(findings) if model.bodies else findings)
+
+
+def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Findings of several bodies: what two of them have from one place is told once."""
+    places = {(f.rule, f.span and (f.span.source.name, f.span.start, f.span.end)): f for f in reversed(findings)}
+    return tuple(finding for finding in findings if any(finding is kept for kept in places.values()))
+
+
+def _expand(model: LoweredModel, limits: Limits) -> Expansion:
     findings: list[Diagnostic] = []
     columns = chain_columns(model)
     body = Body(model, _chain(model, columns), SetTable(), {})

@@ -18,7 +18,7 @@ from gesturec.expansion.environment import Body, set_members
 from gesturec.expansion.relations import forbidden
 from gesturec.expansion.results import BodyTables, MachineResult, cross_rules
 from gesturec.expansion.states import MachineStates
-from gesturec.lowering.lowered import LoweredBinding, LoweredCycle, LoweredModel, LoweredPose, Phase
+from gesturec.lowering.lowered import LoweredBinding, LoweredCycle, LoweredModel, LoweredPart, LoweredPose, Phase
 
 
 def model_manifest(tables: BodyTables) -> Manifest:
@@ -53,7 +53,14 @@ def model_manifest(tables: BodyTables) -> Manifest:
         parameters=_json(model.parameters),
         dwell=tuple(_dwell(body)),
         report=_report(tables),
+        bodies=tuple(_body(part) for part in model.bodies),
     )
+
+
+def _body(part: LoweredPart) -> dict[str, Any]:
+    """One of several bodies, with what is its own as first and count."""
+    own = {name: list(getattr(part, name)) for name in ("limbs", "joints", "tokens", "machines")}
+    return {"name": part.name, "root": part.root_name, "scale": part.scale, "exclusive": list(part.exclusive), **own}
 
 
 def source_digest(model: LoweredModel) -> str:

@@ -68,6 +68,8 @@ class Loader:
     limits: Limits
     files: int = 0
     documents: dict[str, Document | None] = field(default_factory=dict)
+    models: dict[str, Model | None] = field(default_factory=dict)  # of bodies, by file: two hands are read once
+    open: list[str] = field(default_factory=list)  # models that are being read, each a body of the one before
 
     def model(self, name: str, path: str | None, data: bytes, chain: tuple[Text, ...]) -> Model | None:
         """The model of one file with its includes and bodies."""
@@ -77,7 +79,10 @@ class Loader:
             return None
         seen = {canonical(path)}
         includes = self.includes(main, seen, chain, (canonical(path),))
-        return Model(main, includes, self.bodies(main, chain, path))
+        self.open.append(canonical(path))
+        bodies = self.bodies(main, chain, path)
+        self.open.pop()
+        return Model(main, includes, bodies)
 
     def part(self, document: Document, path: str | None, included: bool) -> ModelPart | None:
         """One file's block."""
@@ -186,10 +191,16 @@ class Loader:
     def body(self, part: ModelPart, node: Text, chain: tuple[Text, ...]) -> Model | None:
         """The model of one body."""
         path = beside(part.path, node)
-        above = {canonical(part.path)} | {canonical(beside(part.path, link)) for link in chain}
-        if canonical(path) in above:
+        if canonical(path) in self.open:
             self.report_circle("circular-include", node, chain)
             return None
+        key = canonical(path)
+        if key not in self.models:
+            self.models[key] = self.read_body(path, node, chain)
+        return self.models[key]
+
+    def read_body(self, path: str, node: Text, chain: tuple[Text, ...]) -> Model | None:
+        """The model of a body's file, which is read for the first time."""
         self.files += 1
         if self.files > self.limits.includes:
             self.findings.add(

@@ -77,7 +77,11 @@ def lower_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> L
 
 
 def lower_body(body: ResolvedBody) -> LoweredModel:
-    """Lower a body without errors."""
+    """Lower a body without errors, or several."""
+    if body.parts:
+        from gesturec.lowering.bodies import lower_bodies
+
+        return lower_bodies(body)
     limbs = ordered_limbs(body)
     return Lowering(body, limbs, number_parts(body, limbs)).model()
 

@@ -261,6 +261,20 @@ class LoweredBinding:
 
 
 @dataclass(frozen=True, slots=True)
+class LoweredPart:
+    """One of several bodies: what of the whole is its own, each as first and count."""
+
+    name: str
+    root_name: str
+    scale: float
+    limbs: tuple[int, int]
+    joints: tuple[int, int]
+    tokens: tuple[int, int]
+    machines: tuple[int, int]
+    exclusive: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class LoweredModel:
     """A whole body, ready to be expanded. `units` are the author's (`length`, `angle`)."""
 
@@ -283,4 +297,5 @@ class LoweredModel:
     tests: tuple[dict[str, Any], ...]
     parameters: dict[str, Any]  # effective values, as written, for reports
     sources: tuple[tuple[str, str], ...] = field(default=())  # name and sha256 of every file read
+    bodies: tuple[LoweredPart, ...] = ()  # of several bodies; of one there is none
     patterns: tuple[LoweredPattern, ...] = ()  # of the gestures, in their order

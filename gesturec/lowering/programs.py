@@ -22,7 +22,7 @@ from gesturec.lowering.lowered import Operation, Program
 
 # A program of the language has some dozens.
 MOST_OPERATIONS: Final = 200_000
-POSITIONS: Final = frozenset(("token", "local_token", "prev_token", "prev_local_token"))
+POSITIONS: Final = frozenset(("token", "local_token", "prev_token", "prev_local_token", "world_token"))
 HAVE_BEFORE: Final = frozenset(("joint", "token", "local_token", "state_in", "cycle_at"))
 
 
@@ -153,6 +153,6 @@ def dependencies(operations: Iterable[Operation]) -> Dependencies:
         frozenset(operation.argument for name, operation in flat if name == "cycle_at")
         | frozenset(operation.states[0] for name, operation in flat if operation.states is not None),
         frozenset(part for pair in pairs for part in unpack_limbs(pair)),
-        any(name in ("root_axis", "world_axis", "body_rate", "world_rate", "still") for name, _ in flat),
+        any(name in ("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token") for name, _ in flat),
         any(operation.name.startswith("prev_") for _, operation in flat),
     )

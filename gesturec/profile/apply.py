@@ -52,6 +52,10 @@ def has_estimates(profile: Profile) -> bool:
 def check_profile(artifact: Artifact, located: Located, findings: Findings) -> None:
     """Report what the profile says that the model has not."""
     manifest, profile = artifact.manifest, located.profile
+    if manifest.bodies:
+        message = f"a profile is one person's body, and `{manifest.name}` has {len(manifest.bodies)}"
+        findings.report("other-model", message, located.start)
+        return
     if profile.digest != manifest.digest:
         made = f"`{profile.model}` with the digest {profile.digest[:12] or 'of none'}"
         message = f"the profile was made for {made}, and this model's is {manifest.digest[:12]}"

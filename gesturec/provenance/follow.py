@@ -25,8 +25,9 @@ MOST_NAMES: Final = 100  # names that stand in each other's place; circles are e
 class Follow:
     """One question about a body: the body, and the settings that were made."""
 
-    def __init__(self, body: ResolvedBody, settings: Mapping[str, object]) -> None:
+    def __init__(self, body: ResolvedBody, settings: Mapping[str, object], setters: tuple[str, ...] = ()) -> None:
         self.body, self.settings = body, settings
+        self.setters = setters  # files of several bodies that set what this one takes
 
     def written(self, key: str, node: document.Node, environment: Environment) -> Iterator[Trace]:
         """What stands in the file for a key, and what its `$names` are."""
@@ -82,7 +83,10 @@ class Follow:
 
     def set_by(self, name: str) -> str:
         """How a parameter was set: the values of a profile have a place in its file."""
-        return "by the profile" if isinstance(self.settings[name], document.Text) else "by --set"
+        value = self.settings[name]
+        if not isinstance(value, document.Text):
+            return "by --set"
+        return "by the profile" if value.span.source.name not in self.setters else "by `set` of the body"
 
     def limb(self, limb: BodyLimb) -> Iterator[Trace]:
         """What a limb is made of: its mirrors, its template, and their files."""

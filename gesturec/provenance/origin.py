@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 
+from gesturec.checks.bodies import part_settings
 from gesturec.checks.body import BodyLimb, ResolvedBody
 from gesturec.checks.check import resolve_model
 from gesturec.checks.environment import Environment
-from gesturec.checks.parameters import SCALE, SIDE
+from gesturec.checks.parameters import SCALE, SIDE, Placed
 from gesturec.checks.profile import profile_settings
 from gesturec.diagnostics.errors import InputError
 from gesturec.diagnostics.source import Source
@@ -56,15 +58,34 @@ def origins(
     settings = {**profile_settings(profile, Findings()), **dict(set or {})}
     body, findings = resolve_model(model, dict(set or {}), profile)
     findings.raise_errors()
+    name, _, inner = path.removeprefix("$").partition(".")
+    if name in body.parts and inner:
+        return of_part(body, name, inner, settings)
     return Question(body, lower_body(body), settings).answer(path)
+
+
+def of_part(body: ResolvedBody, name: str, path: str, settings: Mapping[str, object]) -> tuple[Origin, ...]:
+    """What is asked of one of several bodies: as of its own model, with what sets it."""
+    part = body.parts[name].body
+    told = part_settings(name, body.model.bodies[name], body, settings)
+    placed = {key: value.node if isinstance(value, Placed) else value for key, value in told.items()}
+    setters = tuple(file.source.name for file in body.model.parts)
+    found = Question(part, lower_body(part), placed, setters).answer(path)
+    return tuple(replace(origin, path=f"{name}.{origin.path}") for origin in found)
 
 
 class Question:
     """A body, lowered, and what can be asked about it."""
 
-    def __init__(self, body: ResolvedBody, lowered: LoweredModel, settings: Mapping[str, object]) -> None:
+    def __init__(
+        self,
+        body: ResolvedBody,
+        lowered: LoweredModel,
+        settings: Mapping[str, object],
+        setters: tuple[str, ...] = (),
+    ) -> None:
         self.body, self.lowered = body, lowered
-        self.follow = Follow(body, settings)
+        self.follow = Follow(body, settings, setters)
         self.shown = Shown(lowered.units)
         self.things = self.all_things()
 
@@ -94,9 +115,9 @@ class Question:
                 add(name, lambda name=name: self.parameter(name))  # type: ignore[misc]
         for limb in self.body.limbs.values():
             add(limb.name, lambda limb=limb: self.limb(limb))  # type: ignore[misc]
-        for joint in self.lowered.joints:
+        for joint in self.lowered.joints if not self.body.parts else ():
             add(joint.name, lambda joint=joint: self.joint(joint))  # type: ignore[misc]
-        for token in self.lowered.tokens:
+        for token in self.lowered.tokens if not self.body.parts else ():
             add(token.name, lambda token=token: self.token(token))  # type: ignore[misc]
         for name in self.body.machines:
             add(name, lambda name=name: self.machine(name))  # type: ignore[misc]

@@ -19,7 +19,7 @@ from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import JOINT_TYPES
 from gesturec.artifact.units import METRES, RADIANS
 from gesturec.runtime.status import STATUSES
-from gesturec.runtime.step import Decoding, GestureEvent
+from gesturec.runtime.step import BodyPlaces, Decoding, GestureEvent
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,7 @@ class StatesTable(NamedTuple):
     scale: Array  # (n_frame,)
     status: Sequence[str]
     true_angle: Array | None = None
+    places: BodyPlaces | None = None  # of several bodies, whose pose above is unknown
 
 
 def table_of_decoding(decoding: Decoding) -> StatesTable:
@@ -54,6 +55,7 @@ def table_of_decoding(decoding: Decoding) -> StatesTable:
         decoding.pose_translation,
         decoding.scale,
         [STATUSES[status].name for status in decoding.status],
+        places=decoding.places,
     )
 
 
@@ -62,19 +64,29 @@ def write_states(artifact: Artifact, table: StatesTable, stream: TextIO) -> None
     manifest = artifact.manifest
     true_columns = () if table.true_angle is None else tuple(f"{joint}.true" for joint in manifest.joints)
     writer = csv.writer(stream, lineterminator="\n")
-    head = ("frame", "time", *manifest.machines, *manifest.joints, *POSE_COLUMNS, "scale", "status", *true_columns)
-    writer.writerow(head)
+    bodies = [f"{body['name']}." for body in manifest.bodies] or [""]
+    place_columns = [f"{body}{name}" for body in bodies for name in (*POSE_COLUMNS, "scale")]
+    writer.writerow(("frame", "time", *manifest.machines, *manifest.joints, *place_columns, "status", *true_columns))
     units = joint_units(artifact)
     names = [manifest.states[machine] for machine in manifest.machines]
-    quaternion = quaternions(table.rotation)
+    places = place_rows(table)
     true = table.true_angle
     for frame in range(len(table.time)):
         states = [names[m][s] if s >= 0 else UNDECIDED for m, s in enumerate(table.state[frame])]
-        numbers = [*(table.joint_angle[frame] / units), *table.translation[frame], *quaternion[frame]]
+        numbers = [*(table.joint_angle[frame] / units), *places[frame]]
         ends = () if true is None else _texts(true[frame] / units)
-        scale = _text(table.scale[frame])
-        row = (frame, _time(table.time[frame]), *states, *_texts(numbers), scale, table.status[frame], *ends)
+        row = (frame, _time(table.time[frame]), *states, *_texts(numbers), table.status[frame], *ends)
         writer.writerow(row)
+
+
+def place_rows(table: StatesTable) -> Array:
+    """Position, quaternion and size of the body in every frame; of several bodies one after the other."""
+    n_frame = len(table.time)
+    if table.places is None:
+        return np.column_stack([table.translation, quaternions(table.rotation), table.scale])
+    rotation, translation, scale = table.places
+    turned = quaternions(rotation.reshape(-1, 3, 3)).reshape(n_frame, -1, 4)
+    return np.concatenate([translation, turned, scale[..., None]], axis=-1).reshape(n_frame, -1)
 
 
 def write_events(events: Iterable[GestureEvent], stream: TextIO) -> None:
@@ -156,6 +168,7 @@ def _frame(artifact: Artifact, decoding: Decoding, frame: int) -> dict[str, Any]
         "joints": dict(zip(manifest.joints, map(_plain, angles), strict=True)),
         "pose": _pose(decoding.pose_rotation[frame], decoding.pose_translation[frame]),
         "scale": _plain(decoding.scale[frame]),
+        **_bodies(artifact, decoding.places, frame),
         "root_residual": _plain(decoding.root_residual[frame]),
         "poses": {name: (False, True, None)[v] for name, v in zip(manifest.poses, decoding.poses[frame], strict=True)},
         "tokens": _tokens(manifest.tokens, decoding.measured[frame], decoding.filtered[frame]),
@@ -175,6 +188,14 @@ def _pose(rotation: Array, translation: Array) -> dict[str, list[float | None]] 
     if np.isnan(rotation).any():
         return None
     return {"translation": _plains(translation), "quaternion": _plains(quaternions(rotation[None])[0])}
+
+
+def _bodies(artifact: Artifact, places: BodyPlaces | None, frame: int) -> dict[str, Any]:
+    """Pose and size of each of several bodies, by its name; nothing for one."""
+    if places is None:
+        return {}
+    rows = zip(artifact.manifest.bodies, *(column[frame] for column in places), strict=True)
+    return {"bodies": {body["name"]: {"pose": _pose(r, t), "scale": _plain(s)} for body, r, t, s in rows}}
 
 
 def _tokens(names: Sequence[str], measured: Array, filtered: Array) -> dict[str, Any]:

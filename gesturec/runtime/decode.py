@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.session import Session
 from gesturec.runtime.status import STATUS_ID, STATUSES
-from gesturec.runtime.step import Decoding, FrameRecord, Step
+from gesturec.runtime.step import BodyPlaces, Decoding, FrameRecord, Step
 
 Array = NDArray[np.float64]
 MISFIT_SHARE: Final = 0.5  # of frames with a pose in which most seen machines misfit: then the take as a whole does
@@ -89,7 +89,22 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
         report=make_report(session, steps),
         manifest=session.artifact.manifest,
         name=getattr(recording, "name", ""),
+        places=_places(records, len(session.artifact.manifest.bodies)),
     )
+
+
+def _places(records: Sequence[FrameRecord], n_body: int) -> BodyPlaces | None:
+    """Where each of several bodies is in every frame; None for one."""
+    if not n_body:
+        return None
+    nowhere = BodyPlaces(np.full((n_body, 3, 3), np.nan), np.full((n_body, 3), np.nan), np.full(n_body, np.nan))
+    told = [nowhere if record.places is None else record.places for record in records]
+    shapes = ((n_body, 3, 3), (n_body, 3), (n_body,))
+    return BodyPlaces(*(np.array(rows).reshape(-1, *s) for rows, s in zip(_columns(told), shapes, strict=True)))
+
+
+def _columns(places: Sequence[BodyPlaces]) -> list[list[Array]]:
+    return [[place[column] for place in places] for column in range(3)]
 
 
 def _unknown(session: Session, step: Step) -> FrameRecord:
@@ -115,7 +130,7 @@ def _unknown(session: Session, step: Step) -> FrameRecord:
 def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
     """What was decided, changed and ignored, as counts; `misfit` is the verdict on the take as a whole."""
     machines = {t.name: _machine_report(t.name, steps) for t in session.body.machines}
-    located = [step for step in steps if step.pose is not None]
+    located = [step for step in steps if step.is_located]
     bad = sum(_mostly_misfit(step) for step in located)
     statuses = {s.name: sum(step.status == s.name for step in steps) for s in STATUSES}
     return {

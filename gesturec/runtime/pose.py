@@ -26,6 +26,10 @@ class PoseEstimate:
     spin: Array  # (3,) rad/s, world axes
     still: float  # probability that the root does not move
 
+    def to_world(self, point: Array) -> Array:
+        """A point (3,) of the intrinsic frame, at the model's size, in the world."""
+        return np.asarray(self.rotation @ (np.exp(self.log_scale) * point) + self.translation)
+
 
 class SizeBelief(NamedTuple):
     """Log scale and its deviation; a deviation of 0 is a size that was told."""

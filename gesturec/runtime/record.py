@@ -46,7 +46,7 @@ def make_record(body: Body, shown: Shown, decisions: Sequence[Decision], up: str
             np.int32
         ),
         root_residual=float("nan") if pose is None else pose.residual,
-        poses=hold_poses(body, [d.candidates for d in decisions], state, angles, pose, up),
+        poses=hold_poses(body, [d.candidates for d in decisions], state, angles, [pose], up),
     )
 
 

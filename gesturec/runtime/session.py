@@ -61,6 +61,14 @@ class Session:
 
     noise: float = math.nan  # m: standard deviation of a point along an axis, as believed after the last frame
 
+    def __new__(cls, artifact: Artifact, **options: Any) -> Session:
+        """Of a model of several bodies, a session of several."""
+        if cls is Session and artifact.manifest.bodies:
+            from gesturec.runtime.bodies import BodiesSession
+
+            return super().__new__(BodiesSession)
+        return super().__new__(cls)
+
     def __init__(self, artifact: Artifact, **options: Any) -> None:
         self.options = options_of(options)
         self.artifact = artifact

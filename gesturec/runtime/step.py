@@ -30,6 +30,14 @@ class Pose(NamedTuple):
     translation: Array  # (3,)
 
 
+class BodyPlaces(NamedTuple):
+    """Where each of several bodies is, in the model's order, and its size; frames before bodies in a `Decoding`."""
+
+    rotation: Array  # (..., n_body, 3, 3); NaN unknown
+    translation: Array  # (..., n_body, 3) m
+    scale: Array  # (..., n_body)
+
+
 class GestureEvent(NamedTuple):
     """A gesture that was found; times in s, `end` None until it is over."""
 
@@ -69,6 +77,7 @@ class FrameRecord:
     root_residual: float  # root mean square of the root tokens' residuals, m
     poses: NDArray[np.uint8]  # (n_pose,) 1 holds, 0 not, 2 unknown
     events: tuple[GestureEvent, ...] = ()
+    places: BodyPlaces | None = None  # of several bodies, whose pose above is NaN
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,6 +108,8 @@ class Step:
         Machine's name to what its answer rests on.
     message
         What was refused, in words; empty where nothing was.
+    body_poses, body_scales
+        Of several bodies each one's `pose` and `scale`, by its name; these two then say nothing.
     """
 
     frame_index: int
@@ -113,6 +124,13 @@ class Step:
     why: Mapping[str, MachineWhy] = field(default_factory=dict)
     message: str = ""
     record: FrameRecord | None = field(default=None, repr=False)
+    body_poses: Mapping[str, Pose | None] = field(default_factory=dict)
+    body_scales: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def is_located(self) -> bool:
+        """Whether the pose of the body, or of one of several, is known."""
+        return self.pose is not None or any(pose is not None for pose in self.body_poses.values())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -140,3 +158,4 @@ class Decoding:
     report: Mapping[str, Any]  # counts of what was changed, ignored, decided
     manifest: Any  # the model's `artifact.manifest.Manifest`
     name: str = ""
+    places: BodyPlaces | None = None  # of several bodies, whose pose above is NaN

@@ -7,6 +7,7 @@ has it. Any other is a program, evaluated at the decided states; what is undecid
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -15,7 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from gesturec.artifact.clearance import clearance
 from gesturec.artifact.kinematics import complete_angles, positions_in
-from gesturec.artifact.programs import LeafEnvironment, evaluate, unpack_limbs
+from gesturec.artifact.manifest import Manifest
+from gesturec.artifact.programs import OF_BODY, LeafEnvironment, evaluate, unpack_limbs
 from gesturec.runtime.arrays import Array, Ids
 from gesturec.runtime.body import Body
 from gesturec.runtime.pose import PoseEstimate
@@ -31,15 +33,15 @@ def hold_poses(
     candidates: Sequence[Ids],
     state: NDArray[np.int32],
     angles: Array,
-    pose: PoseEstimate | None,
+    places: Sequence[PoseEstimate | None],
     up: str | None,
 ) -> NDArray[np.uint8]:
-    """Truth of each pose, (n_pose,)."""
+    """Truth of each pose, (n_pose,); `places` has the one body's pose, or each of several bodies'."""
     truth = _by_states(body, candidates)
     programs = body.artifact.columns["pose_program"]
     asked = np.flatnonzero((programs >= 0) & (truth != HOLDS_NOT))
     if len(asked):
-        environment = LeafEnvironment(_leaves(body, state, angles, pose, up))
+        environment = LeafEnvironment(_leaves(body, state, angles, places, up))
         for index in asked:
             truth[index] = _word(float(np.ravel(evaluate(body.chain.programs, int(programs[index]), environment))[0]))
     return truth
@@ -63,7 +65,7 @@ def _word(value: float) -> int:
 
 
 def _leaves(
-    body: Body, state: NDArray[np.int32], angles: Array, pose: PoseEstimate | None, up: str | None
+    body: Body, state: NDArray[np.int32], angles: Array, places: Sequence[PoseEstimate | None], up: str | None
 ) -> dict[str, Callable[[int], ArrayLike]]:
     """What an expression may ask of one frame; NaN where it is not known."""
     columns = body.artifact.columns
@@ -85,21 +87,45 @@ def _leaves(
         return np.nan if state[machine] < 0 else float(body.machines[machine].at[state[machine]])
 
     def rate(index: int) -> Array:
-        return NOWHERE if pose is None else np.asarray(pose.spin if index else pose.velocity)
+        pose = places[index // OF_BODY["world_rate"]]
+        return NOWHERE if pose is None else np.asarray(pose.spin if index % 2 else pose.velocity)
+
+    def body_rate(index: int) -> Array:
+        pose = places[index // OF_BODY["body_rate"]]
+        return NOWHERE if pose is None else np.asarray(pose.rotation.T @ rate(index))
+
+    def root_axis(index: int) -> Array:
+        pose = places[index // OF_BODY["root_axis"]]
+        return NOWHERE if pose is None else np.asarray(pose.rotation[:, index % OF_BODY["root_axis"]])
+
+    def still(index: int) -> float:
+        pose = places[index]
+        return np.nan if pose is None else float(pose.still > MOSTLY)
+
+    def world_token(token: int) -> Array:
+        pose = places[owner_of(body.artifact.manifest, token)]
+        return NOWHERE if pose is None else pose.to_world(token_in(0, token))
 
     return {
         "joint": lambda joint: angles[joint],
         "token": lambda token: token_in(0, token),
         "local_token": local_token,
+        "world_token": world_token,
         "state_in": state_in,
         "cycle_at": cycle_at,
-        "root_axis": lambda axis: NOWHERE if pose is None else pose.rotation[:, axis],
+        "root_axis": root_axis,
         "world_axis": lambda axis: upwards(up) if axis == UP else np.eye(3)[axis],
         "world_rate": rate,
-        "body_rate": lambda index: NOWHERE if pose is None else pose.rotation.T @ rate(index),
-        "still": lambda _: np.nan if pose is None else float(pose.still > MOSTLY),
+        "body_rate": body_rate,
+        "still": still,
         "clearance": lambda pair: clearance(body.chain, _by_joint(body, angles), *unpack_limbs(pair)),
     }
+
+
+def owner_of(manifest: Manifest, token: int) -> int:
+    """Which of several bodies has a token; of one body, that."""
+    firsts = [body["tokens"][0] for body in manifest.bodies]
+    return max(0, bisect_right(firsts, token) - 1)
 
 
 def upwards(up: str | None) -> Array:

@@ -154,7 +154,7 @@ def parse_states(rows: Rows, machines: Sequence[str] | None = None) -> StateTabl
     kept = _without_refused(rows)
     time = _column(kept, "time", empty=False)
     _raise_unless_rising(kept, time)
-    data = [name for name in rows.header if name not in OTHER and not name.endswith(".true")]
+    data = [name for name in rows.header if not _is_other(rows.header, name)]
     machine_names = _machine_columns(data, machines)
     joints = tuple(name for name in data if name not in machine_names)
     return StateTable(
@@ -168,6 +168,13 @@ def parse_states(rows: Rows, machines: Sequence[str] | None = None) -> StateTabl
         position=_columns(kept, POSITION),
         refused=len(rows.rows) - len(kept.rows),
     )
+
+
+def _is_other(header: Sequence[str], name: str) -> bool:
+    """Whether a column is neither a state's nor a joint's; of several bodies each has a pose and size of its own."""
+    body, _, own = name.partition(".")
+    of_body = own in OTHER and f"{body}.{QUATERNION[0]}" in header
+    return name in OTHER or name.endswith(".true") or of_body
 
 
 def _machine_columns(data: Sequence[str], machines: Sequence[str] | None) -> tuple[str, ...]:

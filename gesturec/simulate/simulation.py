@@ -23,6 +23,7 @@ from gesturec.simulate.cycles import Course, Moment, are_tied, companies, course
 from gesturec.simulate.hiding import Hidden, hide
 from gesturec.simulate.itinerary import relation_tables
 from gesturec.simulate.motion import farthest_move, frame_times, through_keys
+from gesturec.simulate.standing import of_tokens, stand_apart, true_places
 from gesturec.simulate.states import angles_of, nearest_of, nearest_state, pose_choice, pose_states, rest_states
 
 Array = NDArray[np.float64]
@@ -58,6 +59,8 @@ class SimulateOptions:
         What is not seen, and when.
     seed
         Of all that is random.
+    apart
+        Distance from each of several bodies to the next; None: half as much again as the largest is long.
     """
 
     path: tuple[str, ...] = ()
@@ -67,6 +70,7 @@ class SimulateOptions:
     noise_px: float = 0.0
     hidden: tuple[Hidden, ...] = ()
     seed: int = 0
+    apart: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +97,12 @@ def simulate(artifact: Artifact, options: SimulateOptions, rig: Rig | None = Non
     chain = chain_of(artifact.columns)
     curves, going = _curves(artifact, options, time, random)
     angles = complete_angles(chain, curves)
-    names, body = _measured_tokens(artifact, token_positions(chain, angles))
+    positions = token_positions(chain, angles)
+    places = stand_apart(artifact, positions, options.apart)
+    names, body = _measured_tokens(artifact, positions + of_tokens(artifact, places))
     origin = np.zeros(3) if rig is None else _where_cameras_look(rig) - body.reshape(-1, 3).mean(axis=0)
     points = body + origin
-    truth = _truth(artifact, time, angles, going, origin)
+    truth = _truth(artifact, time, angles, going, origin + places)
     pixels = None if rig is None else _pixels(rig, points, names, time, options, random)
     noisy = points + random.normal(0.0, options.noise, points.shape) if options.noise else points.copy()
     hide(noisy, time, names, options.hidden)
@@ -221,9 +227,9 @@ def _measured_tokens(artifact: Artifact, positions: Array) -> tuple[tuple[str, .
     return tuple(artifact.manifest.tokens[token] for token in real), positions[:, real]
 
 
-def _truth(artifact: Artifact, time: Array, angles: Array, going: dict[int, Course], origin: Array) -> StatesTable:
+def _truth(artifact: Artifact, time: Array, angles: Array, going: dict[int, Course], places: Array) -> StatesTable:
     """States, their middles, and the true angles in every frame."""
-    n_frame = len(time)
+    n_frame, several = len(time), bool(artifact.manifest.bodies)
     state = np.empty((n_frame, artifact.n_machine), np.int32)
     for machine in range(artifact.n_machine):
         state[:, machine] = going[machine].state if machine in going else nearest_state(artifact, machine, angles)
@@ -234,11 +240,12 @@ def _truth(artifact: Artifact, time: Array, angles: Array, going: dict[int, Cour
         time=time,
         state=state,
         joint_angle=middle,
-        rotation=np.broadcast_to(np.eye(3), (n_frame, 3, 3)),
-        translation=np.broadcast_to(origin, (n_frame, 3)),
-        scale=np.ones(n_frame),
+        rotation=np.broadcast_to(np.full((3, 3), np.nan) if several else np.eye(3), (n_frame, 3, 3)),
+        translation=np.broadcast_to(np.full(3, np.nan) if several else places[0], (n_frame, 3)),
+        scale=np.full(n_frame, np.nan if several else 1.0),
         status=["ok"] * n_frame,
         true_angle=angles,
+        places=true_places(artifact, places, n_frame),
     )
 
 

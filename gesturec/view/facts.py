@@ -30,7 +30,7 @@ def header_facts(artifact: Artifact, decoding: Decoding) -> list[Fact]:
         (_frames_text(decoding), "frames of the take, and their median rate"),
         *_share_facts(decoding),
         *_hidden_facts(artifact, decoding),
-        *_scale_facts(decoding),
+        *_scale_facts(artifact, decoding),
         *_event_facts(decoding),
     ]
 
@@ -60,7 +60,8 @@ def _share_facts(decoding: Decoding) -> list[Fact]:
     misfit = told.count("misfit") / len(told) if told else 0.0
     if misfit > 0:
         facts.append((f"{_percent(misfit)} misfit", "share of machines and frames whose tokens fit no state"))
-    located = np.isfinite(decoding.pose_translation).all(axis=1)
+    told_of = decoding.pose_translation if decoding.places is None else decoding.places.translation
+    located = np.isfinite(told_of).all(axis=-1)
     unknown = 1.0 - float(located.mean()) if len(decoding.time) else 0.0
     if unknown > 0:
         facts.append((f"{_percent(unknown)} without a pose", "share of frames in which the body's place is not known"))
@@ -85,7 +86,16 @@ def seen_share(decoding: Decoding) -> NDArray[np.float64]:
     return np.asarray(seen.mean(axis=0)) if len(seen) else np.zeros(seen.shape[1])
 
 
-def _scale_facts(decoding: Decoding) -> list[Fact]:
+def _scales_fact(artifact: Artifact, scale: NDArray[np.float64]) -> list[Fact]:
+    """The last size known of each of several bodies."""
+    last = {body["name"]: each[np.isfinite(each)] for body, each in zip(artifact.manifest.bodies, scale.T, strict=True)}
+    told = [f"{name} {known[-1]:.3f}" for name, known in last.items() if len(known)]
+    return [(f"scale {', '.join(told)}", "size of each body over its model's")] if told else []
+
+
+def _scale_facts(artifact: Artifact, decoding: Decoding) -> list[Fact]:
+    if decoding.places is not None:
+        return _scales_fact(artifact, decoding.places.scale)
     known = decoding.scale[np.isfinite(decoding.scale)]
     return [(f"scale {known[-1]:.3f}", "size of the body over the model's")] if len(known) else []
 

@@ -13,7 +13,9 @@ frames          `{count, every, time, rate, status, pose, scale}`: `every` k say
                 here; `pose` packed (frame, 12), rotation by rows then translation, NaN unknown
 statuses        `[[name, doc], ...]`; `frames.status` counts in them
 camera          from where the body is first looked at, `camera.first_camera`
-body            `{nodes, machine, bones, whisker, hull}`, nodes packed points (frame, node, 3), intrinsic frame, scaled
+body            `{nodes, machine, bones, whisker, hulls, owner}`, nodes packed points (frame, node, 3), intrinsic frame,
+                scaled; of several bodies in the world, with `frames.pose` none, `frames.located` packed (frame, body)
+                and `owner` the body of each node; `hulls` the root part's nodes of each
 tokens          `{names, colors, node, machine, measured}`, a color null where none is given, measured packed points
                 (frame, token, 3) in the world
 machines        list of `{name, states, colors, joints, state, status, fit, candidate, probability, possible, graph}`;
@@ -40,6 +42,7 @@ from gesturec.view.colors import machine_color
 from gesturec.view.facts import header_facts, rate_of
 from gesturec.view.layout import GraphLayout, layout_graph
 from gesturec.view.packing import Packed, pack, pack_points
+from gesturec.view.several import filled, no_pose, nodes_in_world, pack_located
 from gesturec.view.skeleton import Skeleton, build_skeleton, node_positions
 
 if TYPE_CHECKING:
@@ -71,7 +74,7 @@ def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | N
     every = _thinning(len(decoding.time), len(skeleton.node_segment) + len(artifact.manifest.tokens))
     frames = np.arange(0, len(decoding.time), every)
     angles, _ = drawn_angles(artifact, decoding, frames)
-    nodes = node_positions(artifact, skeleton, angles) * _drawn_scale(decoding.scale[frames])[:, None, None]
+    nodes = _drawn_nodes(node_positions(artifact, skeleton, angles), skeleton, decoding, frames)
     manifest = artifact.manifest
     return {
         "title": title,
@@ -87,6 +90,13 @@ def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | N
         "events": [_event(event) for event in decoding.events],
         "poses": _poses(artifact, decoding, frames),
     }
+
+
+def _drawn_nodes(nodes: Floats, skeleton: Skeleton, decoding: Decoding, frames: NDArray[np.int64]) -> Floats:
+    """Nodes at the body's size in its own frame; those of several bodies in the world."""
+    if decoding.places is not None:
+        return nodes_in_world(nodes, skeleton.node_body, decoding.places, frames)
+    return nodes * _drawn_scale(decoding.scale[frames])[:, None, None]
 
 
 def _thinning(n_frame: int, n_point: int) -> int:
@@ -133,6 +143,8 @@ def _drawn_scale(scale: Floats) -> Floats:
 def _frames(decoding: Decoding, frames: NDArray[np.int64], every: int) -> dict[str, Any]:
     rotation = np.asarray(decoding.pose_rotation[frames]).reshape(-1, 9)
     pose = np.concatenate([rotation, decoding.pose_translation[frames]], axis=1)
+    if decoding.places is not None:
+        pose = no_pose(decoding.places, frames)
     return {
         "count": len(frames),
         "every": every,
@@ -141,6 +153,7 @@ def _frames(decoding: Decoding, frames: NDArray[np.int64], every: int) -> dict[s
         "status": pack(decoding.status[frames], "u1"),
         "pose": pack(pose, "f4"),
         "scale": pack(decoding.scale[frames], "f4"),
+        "located": pack_located(decoding.places, frames),
     }
 
 
@@ -150,13 +163,17 @@ def _body(skeleton: Skeleton, nodes: Floats) -> dict[str, Any]:
         "machine": skeleton.node_machine.tolist(),
         "bones": skeleton.bones.tolist(),
         "whisker": [int(w) for w in skeleton.whisker],
-        "hull": list(skeleton.hull),
+        "hulls": skeleton.hulls,
+        "owner": skeleton.node_body.tolist(),
     }
 
 
 def _camera(
     artifact: Artifact, skeleton: Skeleton, decoding: Decoding, nodes: Floats, up: Floats | None
 ) -> dict[str, Any]:
+    if decoding.places is not None:
+        shown = filled(nodes)
+        return first_camera(shown[0] if len(shown) else shown.reshape(0, 3), shown, skeleton.hull, None, up)
     rest = node_positions(artifact, skeleton, complete_angles(chain_of(artifact.columns), _rest_angles(artifact)))
     known = np.flatnonzero(np.isfinite(decoding.pose_rotation).all(axis=(1, 2)))
     rotation = decoding.pose_rotation[known[0]] if len(known) else None

@@ -7,13 +7,14 @@ carries. The root part has no bones: it is drawn as the hull of its tokens and o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gesturec.artifact.bodies import body_artifacts
 from gesturec.artifact.columns import JOINT_TYPES
 from gesturec.artifact.kinematics import chain_of, forward
 
@@ -46,6 +47,8 @@ class Skeleton:
         beside the chain.
     hull
         Nodes of the root part.
+    node_body
+        Which of several bodies each node is of; 0 of one.
     """
 
     node_segment: Ints
@@ -55,6 +58,13 @@ class Skeleton:
     bones: Ints
     whisker: NDArray[np.bool_]
     hull: tuple[int, ...]
+    node_body: Ints
+
+    @property
+    def hulls(self) -> list[list[int]]:
+        """The root part's nodes of each body."""
+        n_body = int(self.node_body.max(initial=0)) + 1
+        return [[node for node in self.hull if self.node_body[node] == body] for body in range(n_body)]
 
 
 class _Nodes:
@@ -87,7 +97,9 @@ class _Nodes:
 
 
 def build_skeleton(artifact: Artifact) -> Skeleton:
-    """Nodes, bones and the root's hull of a model."""
+    """Nodes, bones and the root's hull of a model; of several bodies each by itself."""
+    if artifact.manifest.bodies:
+        return _side_by_side(artifact, [build_skeleton(part) for part in body_artifacts(artifact)])
     columns = artifact.columns
     nodes = _Nodes(columns)
     parents = columns["joint_parent"].tolist()
@@ -108,6 +120,37 @@ def build_skeleton(artifact: Artifact) -> Skeleton:
         bones=np.array(sorted(joined), np.int32).reshape(-1, 2),
         whisker=np.array([joined[pair] for pair in sorted(joined)], bool),
         hull=tuple(np.flatnonzero(segment == 0).tolist()),
+        node_body=np.zeros(len(segment), np.int32),
+    )
+
+
+def _side_by_side(artifact: Artifact, parts: Sequence[Skeleton]) -> Skeleton:
+    """The figures of several bodies as one, in the ids of all."""
+    bodies = artifact.manifest.bodies
+    first = np.cumsum([0, *(len(part.node_segment) for part in parts)])
+    moved = [_moved(part, int(n), body) for part, n, body in zip(parts, first, bodies, strict=False)]
+    return Skeleton(
+        node_segment=np.concatenate([part.node_segment for part in moved]),
+        node_at=np.concatenate([part.node_at for part in moved]),
+        node_machine=np.concatenate([part.node_machine for part in moved]),
+        token_node=np.concatenate([part.token_node for part in moved]),
+        bones=np.concatenate([part.bones for part in moved]),
+        whisker=np.concatenate([part.whisker for part in moved]),
+        hull=tuple(node for part in moved for node in part.hull),
+        node_body=np.repeat(np.arange(len(parts), dtype=np.int32), np.diff(first)),
+    )
+
+
+def _moved(part: Skeleton, first: int, body: Mapping[str, Any]) -> Skeleton:
+    """One body's figure, whose nodes begin at `first`."""
+    joints, machines = np.int32(body["joints"][0]), np.int32(body["machines"][0])
+    return replace(
+        part,
+        node_segment=np.where(part.node_segment > 0, part.node_segment + joints, 0).astype(np.int32),
+        node_machine=np.where(part.node_machine >= 0, part.node_machine + machines, -1).astype(np.int32),
+        token_node=part.token_node + np.int32(first),
+        bones=part.bones + np.int32(first),
+        hull=tuple(node + first for node in part.hull),
     )
 
 

@@ -27,6 +27,7 @@ PATHS = {
     "excavator": ("arm.reached", "arm.crowded", "arm.raised", "arm.tipped"),
     "gait": ("standing", "walking", "standing"),
     "hand": ("flat", "fist", "point", "flat"),
+    "hands": ("left.flat", "right.fist", "left.fist", "right.flat"),
 }
 DURATIONS = {"crossing": 24.0, "excavator": 20.0}
 """Seconds that a path takes within the joints' speeds; 8 where none is given."""

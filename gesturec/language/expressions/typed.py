@@ -82,7 +82,7 @@ class Uses:
     steps: bool  # `prev.`
 
 
-MOTION: Final = frozenset(("root_axis", "world_axis", "body_rate", "world_rate", "still"))
+MOTION: Final = frozenset(("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token"))
 
 
 def uses(typed: Typed) -> Uses:

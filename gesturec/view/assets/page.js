@@ -35,7 +35,7 @@ const svg = (name, attributes, text = null) => make(name, attributes, text, SVG)
 const data = JSON.parse($("data").textContent);
 const frameCount = data.frames.count;
 const times = unpack(data.frames.time), statuses = unpack(data.frames.status);
-const pose = unpack(data.frames.pose), scales = unpack(data.frames.scale);
+const pose = unpack(data.frames.pose), scales = unpack(data.frames.scale), located = data.frames.located && unpack(data.frames.located);
 for (const machine of data.machines) {
   for (const key of ["state", "candidate", "probability", "possible", "status", "fit"]) machine[key] = unpack(machine[key]);
   if (machine.graph && machine.graph.successors) {

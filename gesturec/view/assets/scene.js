@@ -4,16 +4,17 @@
 function pictureOf(frame, project, thick) {
   const {nodes, measured} = placesOf(frame), spots = nodes.map((p) => p && project(p)), items = [];
   const undecided = (machine) => machine >= 0 && data.machines[machine].state[frame] < 0;
-  const known = poseKnown(frame);
-  const hull = data.body.hull.map((node) => spots[node]).filter((p) => p);
-  if (hull.length > 1) items.push({depth: Math.max(...hull.map((p) => p.depth)), paint: () => paintHull(hullOf(hull), known)});
+  for (const nodes of data.body.hulls) {
+    const hull = nodes.map((node) => spots[node]).filter((p) => p);
+    if (hull.length > 1) items.push({depth: Math.max(...hull.map((p) => p.depth)), paint: () => paintHull(hullOf(hull), nodeKnown(frame, nodes[0]))});
+  }
   data.body.bones.forEach(([a, b], k) => {
     if (!spots[a] || !spots[b]) return;
-    const machine = data.body.machine[b], open = undecided(machine) || !known;
+    const machine = data.body.machine[b], open = undecided(machine) || !nodeKnown(frame, b);
     items.push({depth: (spots[a].depth + spots[b].depth) / 2, paint: () => paintBone(spots[a], spots[b], machine, open, data.body.whisker[k] ? thick / 3 : thick)});
   });
   spots.forEach((spot, node) => {
-    if (spot) items.push({depth: spot.depth - 1e-6, paint: () => paintJoint(spot, data.body.machine[node], undecided(data.body.machine[node]) || !known, thick)});
+    if (spot) items.push({depth: spot.depth - 1e-6, paint: () => paintJoint(spot, data.body.machine[node], undecided(data.body.machine[node]) || !nodeKnown(frame, node), thick)});
   });
   data.tokens.names.forEach((name, token) => {
     const at = measured[token] && project(measured[token]), model = spots[data.tokens.node[token]];

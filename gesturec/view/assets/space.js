@@ -21,6 +21,8 @@ for (let frame = 0, known = -1; frame < frameCount; frame++) {
   poseFrame[frame] = known;
 }
 const poseKnown = (frame) => poseFrame[frame] === frame;
+/** Whether the place of the body that a node is of is known; of one body this is its pose. */
+const nodeKnown = (frame, node) => poseKnown(frame) && (!located || located[frame * data.body.hulls.length + data.body.owner[node]] === 1);
 
 /** A point of the intrinsic frame in the world, by the pose of a frame. */
 function toWorld(point, frame) {
@@ -38,7 +40,10 @@ function toBody(point, frame) {
 function placesOf(frame) {
   const from = poseFrame[frame] >= 0 ? poseFrame[frame] : firstPose;
   const held = view.camera === "body" && from >= 0;
-  const nodes = data.body.machine.map((_, node) => from < 0 ? null : toWorld(nodeAt(frame, node), held ? firstPose : from));
+  const nodes = data.body.machine.map((_, node) => {
+    const point = from < 0 ? null : nodeAt(frame, node);
+    return point && toWorld(point, held ? firstPose : from);
+  });
   const measured = data.tokens.names.map((_, token) => {
     const point = measuredAt(frame, token);
     return point && held ? toWorld(toBody(point, from), firstPose) : point;
