@@ -17,13 +17,13 @@ from gesturec.checks.gestures import Gestures, WrittenGesture, written_gestures
 from gesturec.checks.limbs import build_limbs
 from gesturec.checks.machines import build_machines
 from gesturec.checks.model_tests import build_tests
-from gesturec.checks.names import build_groups, build_root, check_names, tokens_of
+from gesturec.checks.names import build_groups, build_root, check_names, expansion_notes, tokens_of
 from gesturec.checks.parameters import SCALE, Settled, settle
 from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_poses
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.checks.suspicions import is_misspelt, warn_of_root
-from gesturec.diagnostics.diagnostic import Diagnostic, Related
+from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
 from gesturec.diagnostics.suggest import did_you_mean
@@ -128,10 +128,10 @@ def build_couplings(body: ResolvedBody, names: Names, findings: Findings) -> Non
             if joint is None or not isinstance(entry, JointEntry) or entry.follows is None or section is None:
                 continue
             scope = BodyScope(body, names, section.environment, limb, only_joints=True)
-            note = Related(f"expanded from limb `{limb.name}`", limb.span, note=True)
-            findings.context.append(note)
+            notes = expansion_notes(limb)
+            findings.context.extend(notes)
             typed = typed_expression(entry.follows, scope, Type("number", joint.kind))
-            findings.context.remove(note)
+            del findings.context[len(findings.context) - len(notes) :]
             if typed is not None:
                 if not uses(typed).joints:
                     message = f"`{entry.follows}` names no joint to follow"

@@ -19,22 +19,26 @@ from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Sequence, Text
 from gesturec.language.expressions.units import LENGTH
 from gesturec.language.findings import Findings
-from gesturec.language.schema.blocks import LimbMachine
+from gesturec.language.schema.blocks import LimbMachine, Template
 
 Named = tuple[str, str, Span]  # name, what it is, place
 
 
-def report_doubles(names: Iterable[Named], where: str, findings: Findings) -> None:
-    """Report every name that an earlier thing has already."""
+def report_doubles(names: Iterable[Named], where: str, findings: Findings) -> bool:
+    """Report every name that an earlier thing has already, and whether there was one."""
+    doubles = False
     seen: dict[str, tuple[str, Span]] = {}
     for name, what, span in names:
         if name in seen and seen[name][1] != span:
+            doubles = True
             other, first = seen[name]
-            message = f"`{name}` names a {other} and a {what} {where}"
-            related = (Related(f"the {other}", first),)
-            findings.report("duplicate-name", message, span, f"the {what}", None, related)
+            both = f"two {what}s" if other == what else f"a {other} and a {what}"
+            related = (Related(f"the {other}" if other != what else f"the first {what}", first),)
+            label = f"the {what}" if other != what else f"the second {what}"
+            findings.report("duplicate-name", f"`{name}` names {both} {where}", span, label, None, related)
         else:
             seen.setdefault(name, (what, span))
+    return doubles
 
 
 def build_root(body: ResolvedBody, environment: Environment) -> None:
@@ -49,10 +53,18 @@ def check_names(body: ResolvedBody, findings: Findings) -> None:
     """Find names that mean two things, at the top and in each limb."""
     report_doubles(top_names(body), "at the top", findings)
     for limb in body.limbs.values():
-        note = Related(f"expanded from limb `{limb.name}`", limb.span, note=True)
-        findings.context.append(note)
-        report_doubles(limb_names(limb), f"in limb `{limb.name}`", findings)
-        findings.context.remove(note)
+        notes = expansion_notes(limb)
+        findings.context.extend(notes)
+        # one of the two was to have another name, which may be used: say nothing of unknown ones
+        limb.is_hole |= report_doubles(limb_names(limb), f"in limb `{limb.name}`", findings)
+        del findings.context[len(findings.context) - len(notes) :]
+
+
+def expansion_notes(limb: BodyLimb) -> tuple[Related, ...]:
+    """The note of the limb that a template, or another limb's chain, was expanded for; none for its own chain."""
+    if limb.flips or any(isinstance(section.block, Template) for section in limb.sections):
+        return (Related(f"expanded from limb `{limb.name}`", limb.span, note=True),)
+    return ()
 
 
 def top_names(body: ResolvedBody) -> Iterator[Named]:

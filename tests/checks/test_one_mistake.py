@@ -46,6 +46,7 @@ MISTAKES = {
     "no units": ("units: {length: cm, angle: deg}\n", "", "missing-key"),
     "no unit of angles": ("{length: cm, angle: deg}", "{length: cm}", "missing-key"),
     "a unit spelt out": ("angle: deg", "angle: degree", "bad-choice"),
+    "two joints with one name": ("joint: elbow", "joint: lift", "duplicate-name"),
     "tokens of the root in a line": ("front: [10, 0, 0]", "front: [0, 0, 0]", "few-root-tokens"),
     "tokens of the root in a slanted line": (
         "{left: [0, 0, -8], right: [0, 0, 8], front: [10, 0, 0]}",
@@ -78,6 +79,11 @@ HELPS = {
 @pytest.mark.parametrize("old, new, help", HELPS.values(), ids=HELPS)
 def test_the_help_says_what_to_write(old: str, new: str, help: str) -> None:
     assert help in render(findings_of(Source("lamp.yaml", LAMP.replace(old, new, 1)))) + "\n"
+
+
+def test_a_limb_with_a_chain_of_its_own_is_expanded_from_nothing() -> None:
+    told = render(findings_of(Source("lamp.yaml", LAMP.replace("joint: elbow", "joint: lift"))))
+    assert "`lift` names two joints in limb `arm`" in told and "expanded from" not in told
 
 
 def test_a_constraint_does_not_conflict_with_itself() -> None:
