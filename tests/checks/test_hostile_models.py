@@ -89,7 +89,7 @@ def test_limbs_made_of_limbs_end(written: str, count: int, backwards: bool) -> N
 
 @pytest.mark.parametrize("backwards", [False, True], ids=["forwards", "backwards"])
 def test_groups_may_be_made_of_groups(backwards: bool) -> None:
-    lines = ["  n0: [arm]\n"] + [f"  n{i}: [n{i - 1}, n{i - 1}]\n" for i in range(1, 1500)]
+    lines = ["  n0: [arm]\n", "  n1: [n0]\n"] + [f"  n{i}: [n{i - 1}, n{i - 2}]\n" for i in range(2, 1500)]
     assert errors(HEAD + "groups:\n" + "".join(lines[::-1] if backwards else lines)) == []
 
 
