@@ -49,7 +49,8 @@ def source_of(entry: JointEntry) -> ValueSource:
         return "coupled"
     if entry.has("value"):
         return "fixed"
-    return "quantised" if any(map(entry.has, ("levels", "every", "count"))) else "keyed"
+    quantised = ("levels", "every", "count")
+    return "quantised" if any(map(entry.has, quantised)) or entry.is_hole(*quantised) else "keyed"
 
 
 def report_rivals(entry: JointEntry, environment: Environment) -> None:

@@ -9,6 +9,7 @@ name; the limits count them as the copies that they mean.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -21,6 +22,9 @@ from gesturec.language.findings import Findings
 from gesturec.language.limits import DEFAULT_LIMITS, Limits
 
 NULLS = frozenset(("", "~", "null", "Null", "NULL"))
+# What begins as a number does, and is no key of the language or of the author's.
+NUMBER = re.compile(r"[-+.]?[0-9]")
+COMMA = "a text with a comma in `{…}` is put in quotes"
 # The C parser gives the same events and marks 20 times as fast; without it the same in Python.
 PARSER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -89,6 +93,7 @@ class Reader:
         self.anchors: dict[str, Anchor] = {}
         self.nodes = 0
         self.aliases = 0
+        self.run: Mapping | None = None  # the mapping in which a text without quotes goes on behind its commas
         self.events = self.safe_events()
 
     def safe_events(self) -> Iterator[Any]:
@@ -226,6 +231,9 @@ class Reader:
 
     def put(self, mapping: Mapping, key: Node, value: Node, is_flow: bool) -> None:
         """Take a pair into a mapping, unless it is one that the language refuses."""
+        if is_flow and is_null(value) and isinstance(key, Text) and self.goes_on(mapping, key):
+            return
+        self.run = None
         if not isinstance(key, Text):
             self.findings.add(Diagnostic("wrong-kind", "a key is a list or a mapping; a key is a text", key.span))
         elif key == "<<" and key.plain:
@@ -251,11 +259,32 @@ class Reader:
         elif is_null(key):
             self.findings.add(Diagnostic("null-value", "a key is empty", shown(key.span)))
         elif is_null(value):
-            help = "a text with a comma in `{…}` is put in quotes" if is_flow else None
+            help = COMMA if is_flow else None
             self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
             mapping.holes.add(str(key))
         else:
             mapping[key] = value
+
+    def goes_on(self, mapping: Mapping, key: Text) -> bool:
+        """Whether a key without a value is the rest of the text before it, cut by a comma; that is reported once."""
+        if self.run is mapping:
+            return True
+        last = next(reversed(mapping), None)
+        text = mapping[last] if last is not None else None
+        if last is None or not isinstance(text, Text) or not text.plain:
+            return False
+        is_open = text.count("(") > text.count(")")
+        if not is_open and NUMBER.match(key) is None:
+            return False
+        is_list = not is_open or text.startswith("(")
+        help = (
+            f"a list is written in square brackets: `[{text.lstrip('(')}, {key.rstrip(')')}, …]`" if is_list else COMMA
+        )
+        self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
+        del mapping[last]
+        mapping.holes.add(str(last))
+        self.run = mapping
+        return True
 
     def end(self, start: Any, event: Any, inside: list[Node]) -> int:
         """Where a collection ends: a block's end mark lies after the empty lines behind it, so its last value's."""
