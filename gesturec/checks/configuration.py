@@ -65,7 +65,20 @@ def limb_entries(node: Mapping, body: ResolvedBody, environment: Environment, wh
                 by_group.setdefault(entry.limb.name, []).append(entry)
         else:
             report_key(key, body, environment, what)
+    warn_of_replaced(own, by_group, environment)
     return [chosen(name, own, by_group, environment) for name in body.limbs if name in own or name in by_group]
+
+
+def warn_of_replaced(own: dict[str, LimbEntry], by_group: dict[str, list[LimbEntry]], environment: Environment) -> None:
+    """Warn of a group's entry that counts for none of its limbs, as each has its own."""
+    entries = [entry for found in by_group.values() for entry in found]
+    counting = {entry.key for entry in entries if entry.limb.name not in own}
+    for entry in entries:
+        if entry.key not in counting:
+            message = f"what is said of group `{entry.key}` counts for none of its limbs: each has an entry of its own"
+            related = (Related("which replaces it", own[entry.limb.name].key.span),)
+            help = "take it out, or join the two with `and`"
+            environment.findings.report("replaced-entry", message, entry.key.span, "counts for none", help, related)
 
 
 def group_entries(

@@ -153,9 +153,9 @@ class PoseBuilder:
     def joints(self, node: Mapping, limb: BodyLimb, scope: BodyScope) -> None:
         """The parts of a joint map."""
         environment = scope.environment
-        before = len(environment.findings.found)
+        before = environment.findings.n_error
         wishes = joint_wishes(node, limb, environment, "pose")
-        self.is_wrong |= len(environment.findings.found) > before or limb.is_hole
+        self.is_wrong |= environment.findings.n_error > before or limb.is_hole
         for wish in wishes:
             if wish.cell is not None:
                 self.wanted.append(wish.cell)
@@ -168,9 +168,9 @@ class PoseBuilder:
     def limbs(self, node: Mapping, scope: BodyScope) -> None:
         """The parts of a map at the top."""
         environment = scope.environment
-        before = len(environment.findings.found)
+        before = environment.findings.n_error
         entries = limb_entries(node, self.poses.body, environment, "pose")
-        self.is_wrong |= len(environment.findings.found) > before
+        self.is_wrong |= environment.findings.n_error > before
         for entry in entries:
             inner = BodyScope(self.poses.body, self.poses.names, environment, entry.limb, motion=True)
             if isinstance(entry.node, Mapping):

@@ -114,6 +114,7 @@ ERRORS: Final = (
 
 WARNINGS: Final = (
     ("unused-name", "something is defined and never used"),
+    ("replaced-entry", "an entry of a group is replaced by its limbs' own entries"),
     ("radians-suspected", "an angle looks like radians in a file of degrees"),
     ("equal-limits", "an interval's two ends are the same"),
     ("never-measured", "a binding names a virtual token"),

@@ -53,6 +53,11 @@ class Findings:
         """The findings that stop a compile."""
         return tuple(finding for finding in self.sorted() if severity(finding.rule) == "error")
 
+    @property
+    def n_error(self) -> int:
+        """How many findings stop a compile."""
+        return sum(severity(finding.rule) == "error" for finding in self.found.values())
+
     def raise_errors(self) -> None:
         """Raise `ModelError` with every finding if one of them is an error."""
         if self.errors():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gesturec.compile import findings_of
+from gesturec.compile import compile_stages, findings_of
 from gesturec.diagnostics.render import render
 from gesturec.diagnostics.source import Source
 
@@ -46,6 +46,11 @@ MISTAKES = {
     "no units": ("units: {length: cm, angle: deg}\n", "", "missing-key"),
     "no unit of angles": ("{length: cm, angle: deg}", "{length: cm}", "missing-key"),
     "a unit spelt out": ("angle: deg", "angle: degree", "bad-choice"),
+    "a call with a comma": ("bulb.y > 0", "distance(bulb, knee) > 5", "null-value"),
+    "levels without brackets": ("levels: [0, 45, 90]", "levels: 0, 45, 90", "null-value"),
+    "levels with no value": ("levels: [0, 45, 90]", "levels: ", "null-value"),
+    "a vector without brackets": ("at: [8, 2, 0]", "at: 8, 0, 0", "null-value"),
+    "a vector in round brackets": ("at: [8, 2, 0]", "at: (8, 2, 0)", "null-value"),
     "two joints with one name": ("joint: elbow", "joint: lift", "duplicate-name"),
     "tokens of the root in a line": ("front: [10, 0, 0]", "front: [0, 0, 0]", "few-root-tokens"),
     "tokens of the root in a slanted line": (
@@ -71,6 +76,9 @@ def test_one_mistake_is_one_finding(old: str, new: str, rule: str) -> None:
 HELPS = {
     "a unit spelt out": ("angle: deg", "angle: degree", "did you mean `deg`?"),
     "a key of the units": ("{length: cm, angle: deg}", "{length: cm}", "`units` needs `angle`"),
+    "a call with a comma": ("bulb.y > 0", "distance(bulb, knee) > 5", "is put in quotes"),
+    "levels without brackets": ("levels: [0, 45, 90]", "levels: 0, 45, 90", "brackets: `[0, 45, …"),
+    "a vector in round brackets": ("at: [8, 2, 0]", "at: (8, 2, 0)", "brackets: `[8, 2, …"),
     "radians": ("levels: [0, 45, 90]", "levels: [0, 0.785]", "write the unit: `0.785 rad`"),
     "a level that is no number": ("elbow: 90", "elbow: ninety", "its levels are 0, 45, 90\n"),
 }
@@ -90,3 +98,10 @@ def test_a_constraint_does_not_conflict_with_itself() -> None:
     text = LAMP.replace("bulb.y > 0", "lift > 60 and lift < 30")
     (finding,) = findings_of(Source("lamp.yaml", text))
     assert finding.rule == "unsatisfiable" and finding.related == ()
+
+
+def test_a_warning_about_a_pose_leaves_it_as_it_is() -> None:
+    text = LAMP.replace("away: {arm: folded}", "away: {limbs: up, arm: folded}") + "groups: {limbs: [arm]}\n"
+    artifact, findings = compile_stages(Source("lamp.yaml", text))
+    assert [finding.rule for finding in findings] == ["replaced-entry"]
+    assert artifact is not None and set(artifact.manifest.poses) == {"arm.folded", "arm.up", "away", "torch"}
