@@ -73,11 +73,12 @@ def row(models: dict[str, Artifact], path: Path, side: str, options: dict[str, A
     decoding = decode(models[side], take, **options)
     found = agreement(decoding, take)
     own = "own" if side in path.stem else "other"
+    verdict = "misfit" if decoding.report["misfit"] else ""
     residual = 1e3 * float(np.nanmedian(decoding.root_residual))
     return (
         f"{path.stem:28s} {own:6s}"
         + " ".join(f"{found[key]:8.1f}" for key in ("decided", "equal", "within1"))
-        + f" {float(np.nanmedian(decoding.scale)):7.3f} {residual:9.2f}  {'misfit' if decoding.report['misfit'] else ''}"
+        + f" {float(np.nanmedian(decoding.scale)):7.3f} {residual:9.2f}  {verdict}"
     )
 
 

@@ -18,7 +18,7 @@ from gesturec.artifact.store import load, save
 from gesturec.artifact.validate import validate
 from gesturec.compile import compile_artifact, compile_model
 from gesturec.diagnostics.errors import ArtifactError
-from tests.bodies.takes import HANDS, ROOT
+from tests.bodies.takes import HAND, HANDS, ROOT
 
 
 def test_each_bodys_tables_are_those_of_its_own_model(hands: Artifact, singles: dict[str, Artifact]) -> None:
@@ -89,8 +89,10 @@ def test_the_same_source_gives_the_same_bytes_in_another_process(hands: Artifact
 
 
 def test_a_finding_of_a_model_that_is_used_twice_is_told_once() -> None:
-    warnings = [(each.rule, each.span and each.span.line) for each in compile_model(HANDS).warnings]
-    assert len(warnings) == len(set(warnings)) == 5
+    def told(model: Path) -> list[tuple[str, int | None]]:
+        return [(each.rule, each.span and each.span.line) for each in compile_model(model).warnings]
+
+    assert told(HANDS) == told(HAND) != []
 
 
 @pytest.mark.parametrize(
