@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from functools import cache
-from importlib.resources import files
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
@@ -30,7 +29,6 @@ MOST_CHARACTERS: Final = 10_000
 MOST_BRACKETS: Final = 60
 MOST_DEPTH: Final = 120
 
-STARTS: Final = ("expr", "interval", "wanted", "arc", "pattern")
 WHAT: Final = {
     "expr": ("bad-expression", "an expression"),
     "interval": ("bad-interval", "an interval `lo .. hi`"),
@@ -75,13 +73,11 @@ class ExpressionError(Exception):
 
 @cache
 def _parser() -> tuple[Lark, Builder]:
-    from lark import Lark
-
     from gesturec.language.expressions.build import Builder
+    from gesturec.language.expressions.grammar import load_parser
 
-    grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
     builder = Builder()
-    return Lark(grammar, parser="lalr", start=list(STARTS), transformer=builder, maybe_placeholders=True), builder
+    return load_parser(builder), builder
 
 
 def parse_expression(text: Text) -> tree.Expr:
