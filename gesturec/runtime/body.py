@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import COUPLED, Chain, chain_of, complete_angles, forward, token_positions
+from gesturec.runtime.coupling import Exclusive, exclusive_of
 from gesturec.runtime.emission import levers
 from gesturec.runtime.hanging import Route, make_route
 from gesturec.runtime.reach import Graph, machine_graph
@@ -45,6 +46,7 @@ class Body:
     own_noise: Array  # (n_token,) m; NaN: the session's
     routes: tuple[Route | None, ...]  # one a machine: the limbs that it hangs from; None: the root
     relations: tuple[Relation, ...]
+    exclusive: Exclusive
 
     @property
     def size(self) -> float:
@@ -101,6 +103,7 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         columns["token_noise"],
         tuple(make_route(artifact, chain, tables) for tables in machines),
         relations_of(artifact),
+        exclusive_of(artifact),
     )
 
 

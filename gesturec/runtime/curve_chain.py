@@ -1,9 +1,9 @@
 """The belief of a machine of a cycle or path: at rest, or going along the curve at a pace of its own.
 
-In: a machine's tables and its graph. Out: `CurveChain`, with the face of the chains in `chain`. While it moves,
-a body keeps one of a few paces between those of the longest and the shortest period, and changes it now and
-then: so dt is worth a number of samples that hardly varies, at any rate of frames, and the belief neither lags
-behind the body nor runs ahead. Declared arcs are taken at a rate, so that none is likelier in shorter frames.
+Entries: hold (n_state,), then move (n_pace, n_state). While it moves, a body keeps one of a few paces between
+those of the longest and the shortest period, and changes it now and then: so dt is worth a number of samples that
+hardly varies, at any rate of frames, and the belief neither lags behind the body nor runs ahead. Declared arcs are
+taken at a rate, so that none is likelier in shorter frames.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import MachineTables
-from gesturec.runtime.chain import SAME_INTERVAL, SMALLEST, Belief
+from gesturec.runtime.chain import SMALLEST, Chain, interval_key, remember
 from gesturec.runtime.kernels import MotionParameters, flow
 from gesturec.runtime.lattice import Lattice
-from gesturec.runtime.semiring import Floats, Semiring
+from gesturec.runtime.semiring import Edges, Floats, Semiring, sorted_edges
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -30,7 +30,6 @@ PLACES: Final = 8  # paces that stand for an interval of paces
 PACE_TIME: Final = 1.0  # s for which a body keeps its pace on average
 ARC_TIME: Final = 0.4  # s until a moving body takes one of the declared arcs where it is, on average
 MOST_ROUNDS: Final = 4  # times round the curve in one gap; by then it may be anywhere
-MOST_TABLES: Final = 64
 
 
 class Pace(NamedTuple):
@@ -41,18 +40,9 @@ class Pace(NamedTuple):
     way: int
 
 
-class Edges(NamedTuple):
-    """One step of every pace, in order of where it leads: `weight` (n_pace, n_edge), first edges of `places`."""
-
-    source: Ids
-    weight: Floats
-    starts: Ids
-    places: Ids
-
-
 @dataclass(eq=False)
-class CurveChain:
-    """Steps of a curve's belief: hold (n_state,), move (n_pace, n_state). Only the memory of shares changes."""
+class CurveChain(Chain):
+    """Steps of a curve's belief. Only the memory of shares changes."""
 
     lattice: Lattice
     ring: Semiring
@@ -61,89 +51,79 @@ class CurveChain:
     known: dict[int, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        source, target, way = _curve_arcs(self.tables)
+        n, (source, target, way) = self.lattice.n_state, _curve_arcs(self.tables)
         self.paces = _paces(self.tables, bool((way < 0).any()))
         weight = np.stack([_weights(self.tables, source, target, way, pace) for pace in self.paces])
         if not self.ring.multiplies:
-            weight = _possible(weight, source, self.lattice.n_state)
-        self.onward = _sorted(source, target, weight)
-        self.back = _sorted(target, source, weight)
-        n = len(self.paces)
-        self.entry = np.full((n, 1), 1 / n if self.ring.multiplies else 1.0, np.float32)
+            weight = _possible(weight, source, n)
+        self.onward, self.back = sorted_edges(source, target, weight), sorted_edges(target, source, weight)
+        count = len(self.paces)
+        self.entry = np.full((count, 1), 1 / count if self.ring.multiplies else 1.0, np.float32)
+        self._set_entries(np.tile(np.arange(n), 1 + count), np.arange((1 + count) * n) >= n)
 
-    def start(self) -> Belief:
+    def start(self) -> Floats:
         """Any state at any pace."""
-        return self.normalise(self.ones())
+        ones = self.ones()
+        return ones * np.float32(1 / self.total(ones))
 
-    def forward(self, belief: Belief, dt: float) -> Belief:
-        """Carry a belief over `dt` seconds: change between rest and motion, then pace, then go."""
+    def forward(self, belief: Any, dt: float) -> Any:
+        """Carry beliefs over `dt` seconds: change between rest and motion, then pace, then go."""
         f, ring = self.ring.table(flow(self.motion, dt)), self.ring
-        stopped = ring.gather(belief.move, 0)
-        hold = ring.either(ring.join(f[0, 0], belief.hold), ring.join(f[1, 0], stopped))
-        entered = ring.join(self.entry, ring.join(f[0, 1], belief.hold))
-        move = ring.either(ring.join(f[1, 1], belief.move), entered)
-        return Belief(hold, self._go(self._change(move, dt), dt, self.onward))
+        hold, move = self._parts(belief)
+        stopped = ring.join(f[1, 0], ring.gather(move, -2))
+        held = ring.either(ring.join(f[0, 0], hold), stopped)
+        entered = ring.join(self._paced(ring.join(f[0, 1], hold)), self.entry)
+        moved = ring.either(ring.join(f[1, 1], move), entered)
+        return self._join(held, self._go(self._change(moved, dt), dt, self.onward))
 
-    def backward(self, belief: Belief, dt: float) -> Belief:
+    def backward(self, belief: Any, dt: float) -> Any:
         """The transposed step."""
         f, ring = self.ring.table(flow(self.motion, dt)), self.ring
-        move = self._change(self._go(belief.move, dt, self.back), dt)
-        entered = ring.gather(ring.join(self.entry, move), 0)
-        hold = ring.either(ring.join(f[0, 0], belief.hold), ring.join(f[0, 1], entered))
-        return Belief(hold, ring.either(ring.join(f[1, 0], belief.hold[None]), ring.join(f[1, 1], move)))
+        hold, move = self._parts(belief)
+        move = self._change(self._go(move, dt, self.back), dt)
+        entered = ring.gather(ring.join(move, self.entry), -2)
+        stays = ring.either(ring.join(f[0, 0], hold), ring.join(f[0, 1], entered))
+        stops = ring.join(f[1, 0], hold)
+        return self._join(stays, ring.either(ring.join(f[1, 1], move), self._paced(stops)))
 
-    def times(self, belief: Belief, cells: Floats) -> Belief:
-        """Join with a function of the state."""
-        return Belief(self.ring.join(belief.hold, cells), self.ring.join(belief.move, cells))
-
-    def product(self, a: Belief, b: Belief) -> Belief:
-        """Both."""
-        return Belief(self.ring.join(a.hold, b.hold), self.ring.join(a.move, b.move))
-
-    def normalise(self, belief: Belief) -> Belief:
-        """Total (or, for a maximum, best) of 1; where nothing is left, everything is possible again."""
-        total = sum(float(b.sum()) for b in belief) if self.ring.sums else max(float(b.max()) for b in belief)
-        if not total > SMALLEST:
-            return self.start()
-        return Belief(*(np.asarray(b / np.float32(total), dtype=np.float32) for b in belief))
-
-    def cells(self, belief: Belief) -> Floats:
-        """Belief in each state."""
-        return self.ring.either(belief.hold, self.ring.gather(belief.move, 0))
-
-    def ones(self) -> Belief:
-        """What says nothing."""
+    def _parts(self, belief: Any) -> tuple[Any, Any]:
+        """Hold (..., n_state) and move (..., n_pace, n_state)."""
         n = self.lattice.n_state
-        return Belief(np.ones(n, np.float32), np.ones((len(self.paces), n), np.float32))
+        return belief[..., :n], belief[..., n:].reshape(*belief.shape[:-1], len(self.paces), n)
 
-    def _change(self, move: Floats, dt: float) -> Floats:
+    def _join(self, hold: Any, move: Any) -> Any:
+        return self.ring.concatenate([hold, move.reshape(*hold.shape[:-1], -1)])
+
+    def _paced(self, states: Any) -> Any:
+        """States (..., n_state) so that they broadcast over the paces."""
+        return states.reshape(*states.shape[:-1], 1, states.shape[-1])
+
+    def _change(self, move: Any, dt: float) -> Any:
         """Another pace now and then, each alike; its own transpose."""
         n, changed = len(self.paces), 1 - math.exp(-dt / PACE_TIME)
         table = self.ring.table((1 - changed) * np.eye(n) + changed / n)
-        return np.asarray(self.ring.apply(table, move[None])[0])
+        return self.ring.apply(table, move.reshape(-1, *move.shape[-2:])).reshape(move.shape)
 
-    def _go(self, x: Floats, dt: float, edges: Edges) -> Floats:
+    def _go(self, x: Any, dt: float, edges: Edges) -> Any:
         """As many steps as each pace makes in `dt`."""
         ring, shares = self.ring, self._shares(dt)
-        total = ring.join(shares[0], x)
+        total = ring.join(x, shares[0])
         for share in shares[1:]:
-            terms, moved = ring.join(edges.weight, x[:, edges.source]), np.zeros_like(x)
-            moved[:, edges.places] = (np.add if ring.sums else np.maximum).reduceat(terms, edges.starts, axis=1)
-            x, total = moved, ring.either(total, ring.join(share, moved))
+            x = ring.follow(edges, x)
+            total = ring.either(total, ring.join(x, share))
         return total
 
     def _shares(self, dt: float) -> Floats:
         """Weight of each number of steps in `dt`, (n_step + 1, n_pace, 1)."""
-        key = round(math.log(max(dt, 1e-6)) / SAME_INTERVAL)
-        if key not in self.known:
-            if len(self.known) >= MOST_TABLES:
-                self.known.clear()
-            most = MOST_ROUNDS * self.tables.shortest
-            shares = np.stack([step_shares(pace, min(dt, most), self.paces) for pace in self.paces], axis=1)
-            if not self.ring.sums:
-                shares = (shares > 0).astype(float)
-            self.known[key] = shares[:, :, None].astype(np.float32)
-        return self.known[key]
+        key = interval_key(dt)
+        if key in self.known:
+            return self.known[key]
+        most = MOST_ROUNDS * self.tables.shortest
+        shares = np.stack([step_shares(pace, min(dt, most), self.paces) for pace in self.paces], axis=1)
+        if not self.ring.sums:
+            shares = (shares > 0).astype(float)
+        kept: Floats = remember(self.known, key, shares[:, :, None].astype(np.float32))
+        return kept
 
 
 def step_shares(pace: Pace, dt: float, paces: tuple[Pace, ...]) -> Array:
@@ -198,9 +178,3 @@ def _possible(weight: Floats, source: Ids, n_state: int) -> Floats:
     for row, most in zip(weight, best, strict=True):
         np.maximum.at(most, source, row)
     return np.asarray(weight / best[:, source], dtype=np.float32)
-
-
-def _sorted(source: Ids, target: Ids, weight: Floats) -> Edges:
-    order = np.argsort(target, kind="stable")
-    places, starts = np.unique(target[order], return_index=True)
-    return Edges(source[order], np.ascontiguousarray(weight[:, order]), starts, places)

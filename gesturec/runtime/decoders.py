@@ -3,39 +3,42 @@
 from __future__ import annotations
 
 from gesturec.artifact.artifact import MachineTables
+from gesturec.runtime.arrays import Mask
 from gesturec.runtime.body import Body
-from gesturec.runtime.chain import GraphChain, LatticeChain
+from gesturec.runtime.chain import Chain
 from gesturec.runtime.curve_chain import CurveChain
+from gesturec.runtime.dwell import ages_of, bounds_of
+from gesturec.runtime.graph_chain import GraphChain
 from gesturec.runtime.lattice import Lattice, machine_lattice
+from gesturec.runtime.lattice_chain import LatticeChain
 from gesturec.runtime.machines import Decoder
 from gesturec.runtime.nearest import Nearest
 from gesturec.runtime.options import Options
 from gesturec.runtime.reach import Graph
-from gesturec.runtime.semiring import SEMIRINGS, Semiring
+from gesturec.runtime.semiring import SEMIRINGS, TRACED, Semiring
 from gesturec.runtime.starting import start_masks
 from gesturec.runtime.window import WindowDecoder
-
-Chain = LatticeChain | GraphChain | CurveChain
 
 
 def make_decoders(body: Body, options: Options) -> tuple[Decoder, ...]:
     """One decoder a machine."""
     firsts = start_masks(body.artifact, options.start)
-    machines = list(zip(body.machines, body.graphs, body.levers, firsts, strict=True))
     if options.decoder == "nearest":
         return tuple(
             Nearest(tables, graph, lever, first, options.sure, options.growing)
-            for tables, graph, lever, first in machines
+            for tables, graph, lever, first in zip(body.machines, body.graphs, body.levers, firsts, strict=True)
         )
-    ring = SEMIRINGS[options.decoder]
-    lattices = [machine_lattice(body.artifact, body.chain, tables) for tables in body.machines]
-    chains = [
-        _chain(lattice, tables, graph, ring) for lattice, (tables, graph, _, _) in zip(lattices, machines, strict=True)
-    ]
-    return tuple(
-        WindowDecoder(tables, chain, lever, first, options.sure)
-        for chain, (tables, _, lever, first) in zip(chains, machines, strict=True)
-    )
+    return tuple(_window_decoder(body, machine, first, options) for machine, first in enumerate(firsts))
+
+
+def _window_decoder(body: Body, machine: int, first: Mask, options: Options) -> WindowDecoder:
+    tables, graph, ring = body.machines[machine], body.graphs[machine], SEMIRINGS[options.decoder]
+    lattice = machine_lattice(body.artifact, body.chain, tables)
+    chain = _chain(lattice, tables, graph, ring)
+    bounds = bounds_of(body.artifact.manifest.dwell, tables.name, len(tables.state_names))
+    ages = None if bounds is None else ages_of(bounds, chain.state, ring)
+    tracer = _chain(lattice, tables, graph, TRACED) if options.decoder == "viterbi" else None
+    return WindowDecoder(tables, chain, body.levers[machine], first, options.sure, ages, tracer)
 
 
 def _chain(lattice: Lattice, tables: MachineTables, graph: Graph, ring: Semiring) -> Chain:

@@ -7,8 +7,8 @@ the distance from each token's largest eigenvalues saves the exact one for cells
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Callable, Iterator
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,19 +23,31 @@ LOOKED_AT_FIRST: Final = 8  # cells whose exact distances tell how far others ma
 NEGLIGIBLE: Final = 50.0  # chi-square beyond the best at which a cell's weight (1e-11) is not computed
 
 
-def cell_likelihood(lattice: Lattice, evidence: Evidence, in_doubt: bool) -> NDArray[np.float32]:
-    """Likelihood of the seen tokens in every cell, (n_cell,), the largest 1."""
+class Fit(NamedTuple):
+    """Likelihood of every cell, (n_cell,), the largest 1; and the least chi-square of one."""
+
+    likelihood: NDArray[np.float32]
+    least: float
+
+
+def cell_likelihood(lattice: Lattice, evidence: Evidence, limit: float, generous: Callable[[], float]) -> Fit:
+    """What the seen tokens say of every cell.
+
+    Some token is in doubt where the best cell's chi-square is beyond `limit` even with an allowance for another
+    person's limb; `generous` finds that, and is asked only where it can matter, as it is never larger.
+    """
     count = len(evidence.position)
     floor = np.log(OUTLIER) - 3 * np.log(2 * lattice.reach)
-    whole = _log_gaussian(lattice, evidence, np.ones(count, dtype=bool))
+    whole, least = _log_gaussian(lattice, evidence, np.ones(count, dtype=bool))
     terms = [whole + count * np.log1p(-OUTLIER), np.full(len(whole), count * floor)]
-    if count > 1 and in_doubt:
+    least = least if least <= limit else generous()
+    if count > 1 and least > limit:
         for kept in _leaving_one_out(count):
-            part = _log_gaussian(lattice, evidence, kept)
+            part, _ = _log_gaussian(lattice, evidence, kept)
             terms.append(part + (count - 1) * np.log1p(-OUTLIER) + floor)
     top = max(float(term.max()) for term in terms)
-    total = sum(np.exp(term - top) for term in terms)
-    return np.asarray(total / np.max(total), dtype=np.float32)
+    total = np.exp(np.array(terms) - top).sum(0)
+    return Fit(np.asarray(total / total.max(), dtype=np.float32), least)
 
 
 def _leaving_one_out(count: int) -> Iterator[Mask]:
@@ -45,8 +57,8 @@ def _leaving_one_out(count: int) -> Iterator[Mask]:
         yield kept
 
 
-def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> Array:
-    """Log density of the kept tokens in every cell; cells that cannot matter get -inf."""
+def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> tuple[Array, float]:
+    """Log density of the kept tokens in every cell, -inf where it cannot matter; and the least chi-square."""
     tokens = np.flatnonzero(evidence.seen)[kept]
     own = np.flatnonzero(kept)
     position = evidence.position[own]
@@ -58,13 +70,13 @@ def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> Array:
         return _squares(position.ravel() - lattice.mean[cells][:, rows], covariance)
 
     bound = _bound(lattice, tokens, position, noise)
-    first = np.argsort(bound, kind="stable")[:LOOKED_AT_FIRST]
+    first = np.argpartition(bound, min(LOOKED_AT_FIRST, len(bound) - 1))[:LOOKED_AT_FIRST]
     least = float(squares(first)[0].min())
     cells = np.flatnonzero(bound <= least + NEGLIGIBLE)
     square, log_determinant = squares(cells)
     log_density = np.full(len(bound), -np.inf)
     log_density[cells] = -0.5 * (square + log_determinant + len(rows) * np.log(2 * np.pi))
-    return log_density
+    return log_density, float(square.min())
 
 
 def _coordinates(tokens: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -23,6 +23,7 @@ from gesturec.runtime.chi_square import chi_square_quantile
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import Evidence, emit, personal_variance
 from gesturec.runtime.reach import Graph, Mask, reach, spread
+from gesturec.runtime.semiring import MAX_PRODUCT, Semiring
 from gesturec.runtime.sight import Sight
 
 Array = NDArray[np.float64]
@@ -54,12 +55,24 @@ class Nearest:
     growing: bool = True
     hold: float = HOLD
 
+    @property
+    def ring(self) -> Semiring:
+        """One state wins, as over a maximum."""
+        return MAX_PRODUCT
+
     def start(self) -> Carried:
         """Anything is possible."""
         return Carried(self.first.copy(), -1, np.inf)
 
     def likelihood(self, evidence: Evidence) -> None:
         """This decoder looks at states, not at cells."""
+
+    def believed(self, carried: Carried) -> None:
+        """Nothing by degrees: machines of this rule do not hear each other."""
+
+    def hear(self, carried: Carried, others: Array | None, may_move: float) -> Carried:
+        """Nothing is heard; see `believed`."""
+        return carried
 
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
         """Decide all frames of a take, one after the other."""

@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+SAME_POSE: Final = 0.2  # of its deviation that a pose may move: of what tokens tell, a fiftieth of a chi-square
+QUARTER_TURN: Final = 1.0  # trace of a rotation by 90 degrees
+LEAST_APART: Final = 1e-9  # rad and m: rounding
 PRIOR_SCALE: Final = 0.15  # deviation of log size before the first frame: adults and children
 
 
@@ -29,6 +32,21 @@ class PoseEstimate:
     def to_world(self, point: Array) -> Array:
         """A point (3,) of the intrinsic frame, at the model's size, in the world."""
         return np.asarray(self.rotation @ (np.exp(self.log_scale) * point) + self.translation)
+
+
+def is_same_pose(one: PoseEstimate | None, other: PoseEstimate | None) -> bool:
+    """Whether two estimates of a frame's pose differ too little for anything seen from them to matter."""
+    if one is None or other is None or one is other:
+        return one is other
+    turn = one.rotation @ other.rotation.T
+    if turn.trace() < QUARTER_TURN:
+        return False
+    angles = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
+    apart = np.array([*angles, *(one.translation - other.translation), one.log_scale - other.log_scale])
+    apart[:3] /= 2  # sines, which are the angles where they are small
+    variance, before = np.diagonal(other.covariance), np.diagonal(one.covariance)
+    near = (apart**2 <= SAME_POSE**2 * variance + LEAST_APART**2).all()
+    return bool(near and (np.abs(variance - before) <= SAME_POSE * before + LEAST_APART**2).all())
 
 
 class SizeBelief(NamedTuple):

@@ -147,12 +147,11 @@ class Session:
         recent = self._window[-depth - 1 :]
         for shown, pose in zip(recent, look_back([s.moment.located for s in recent]), strict=True):
             shown.pose = pose
-        recent[0].is_final = len(recent) == depth + 1
 
     def _literal_pose(self, shown: Shown) -> None:
         points = literal_points(shown.moment)
         self._last_pose = literal_pose(self.body, points, self._size, self._last_pose)
-        shown.moment, shown.pose, shown.is_final = shown.moment._replace(points=points), self._last_pose, True
+        shown.moment, shown.pose = shown.moment._replace(points=points), self._last_pose
 
     def _drop_hypotheses(self) -> None:
         """Forget what the pose is not, everywhere, once it is clear."""
@@ -175,8 +174,6 @@ class Session:
         """Decide a whole take, each frame in the light of all."""
         if self._window and self.options.growing:
             self._look_back(len(self._window) - 1)
-        for shown in self._window:
-            shown.is_final = True
         decided = settle_all(self.body, self._decoders, self._window)
         return [self._tell(shown, decisions) for shown, decisions in zip(self._window, decided, strict=True)]
 

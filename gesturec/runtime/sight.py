@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from math import nan
 from typing import NamedTuple
 
+from gesturec.runtime.arrays import Array
 from gesturec.runtime.emission import Evidence
 from gesturec.runtime.semiring import Floats
 
@@ -14,3 +16,6 @@ class Sight(NamedTuple):
     dt: float  # s since the frame before
     evidence: Evidence | None
     likelihood: Floats | None  # of each cell, (n_cell,); None where nothing is seen, or the decoder has no cells
+    misfit: float = nan  # chi-square of the best state, with an allowance for another person's limb where it is needed
+    may_move: float = 1.0  # weight of moving, where the model lets only one of several move at a time
+    others: Array | None = None  # (n_state,) weight of each state by what is believed of other machines

@@ -9,6 +9,7 @@ state, with maximum and minimum a graded membership. The source paper's deferred
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
@@ -18,14 +19,16 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import MachineTables
 from gesturec.runtime.arrays import Mask
-from gesturec.runtime.chain import Belief, GraphChain, LatticeChain
+from gesturec.runtime.chain import SMALLEST, Chain, Ids
 from gesturec.runtime.chi_square import chi_square_quantile
-from gesturec.runtime.curve_chain import CurveChain
+from gesturec.runtime.coupling import share_of
 from gesturec.runtime.decision import Decision, credible_set, most_probable
+from gesturec.runtime.dwell import Aged, Ages, Row
 from gesturec.runtime.emission import Evidence, emit, personal_variance
-from gesturec.runtime.likelihood import cell_likelihood
-from gesturec.runtime.semiring import Floats
+from gesturec.runtime.likelihood import Fit, cell_likelihood
+from gesturec.runtime.semiring import Floats, Semiring
 from gesturec.runtime.sight import Sight
+from gesturec.runtime.survivors import Belief, settled_after
 
 Array = NDArray[np.float64]
 MISFIT_PROBABILITY: Final = 0.999
@@ -33,6 +36,7 @@ DOUBT_PROBABILITY: Final = 0.99  # quantile of a limb's own fit beyond which som
 MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
 MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
 CHECKPOINT: Final = 64  # frames between beliefs that are kept when a whole take is smoothed
+ROWLESS: Final = (Row(0, (), ()),)  # of a belief in which no time is bounded: one row
 
 
 class Carried(NamedTuple):
@@ -48,51 +52,127 @@ class WindowDecoder:
     """The recursion for one machine."""
 
     tables: MachineTables
-    chain: LatticeChain | GraphChain | CurveChain
+    chain: Chain
     lever: Array
     first: Mask  # (n_state,) states in which a take may begin
     sure: float  # probability below which no state is told
+    ages: Ages | None = None  # where the time in states is bounded
+    tracer: Chain | None = None  # the same chain over `semiring.TRACED`, for survivors
+
+    @property
+    def ring(self) -> Semiring:
+        """How beliefs are combined."""
+        return self.chain.ring
 
     def start(self) -> Carried:
         """Nothing known."""
         return Carried(None, 0.0, None)
 
-    def likelihood(self, evidence: Evidence) -> Floats:
-        """What a frame's tokens say of every cell."""
-        square, _ = self._misfit(evidence)
-        in_doubt = square > chi_square_quantile(DOUBT_PROBABILITY, 3 * len(evidence.position))
-        return cell_likelihood(self.chain.lattice, evidence, in_doubt)
+    def likelihood(self, evidence: Evidence) -> Fit:
+        """What a frame's tokens say of every cell, and how well they fit the best."""
+        doubt = chi_square_quantile(DOUBT_PROBABILITY, 3 * len(evidence.position))
+        return cell_likelihood(self.chain.lattice, evidence, doubt, lambda: self._generous(evidence))
 
-    def advance(self, carried: Carried, sight: Sight) -> Belief:
-        """Belief at the next frame, from it and all before."""
-        chain = self.chain
-        belief = self._begin() if carried.belief is None else chain.forward(carried.belief, sight.dt)
-        return chain.normalise(belief if sight.likelihood is None else chain.times(belief, sight.likelihood))
+    def advance(self, before: Belief | None, sight: Sight, mass: Floats | None = None) -> Belief:
+        """Belief at the next frame, from it and all before; `mass` is what was believed carried on, if known."""
+        if before is None:
+            return self._begin(sight)
+        mass, link = self.chain.forward(before.aged.mass, sight.dt) if mass is None else mass, None
+        aged = Aged(mass, before.aged.rows, before.aged.now + sight.dt)
+        if self.ages is not None:
+            aged, link = self.ages.divide(before.aged, mass, sight.dt)
+        mass = self._says(aged.mass, sight, self._cost_share(sight.dt))
+        if not self.chain.total(mass) > SMALLEST:
+            return self._begin(sight)  # what is seen cannot come after what was believed: all is possible again
+        return Belief(aged._replace(mass=self.chain.normalise(mass)), link)
 
-    def _begin(self) -> Belief:
-        """Before the first frame: any cell of the states in which a take may begin."""
-        state = self.chain.lattice.state
-        inside = (state >= 0) & self.first[state]
-        return self.chain.normalise(self.chain.times(self.chain.start(), inside.astype(np.float32)))
+    def _begin(self, sight: Sight) -> Belief:
+        """At a first frame: any cell of the states in which a take may begin."""
+        inside = (self.chain.state >= 0) & self.first[self.chain.state]
+        mass = self.chain.ring.join(self.chain.start(), inside.astype(np.float32))
+        seen = self._says(mass, sight, 1.0)
+        mass = self.chain.normalise(seen if self.chain.total(seen) > SMALLEST else mass)
+        return Belief(Aged(mass[None], ROWLESS, 0.0) if self.ages is None else self.ages.begin(mass), None)
 
-    def backward(self, later: Belief | None, sight: Sight) -> Belief | None:
-        """What frames from `sight` on say of the frame before it; None says nothing."""
-        if later is None and sight.likelihood is None:
+    def _says(self, mass: Floats, sight: Sight, share: float) -> Floats:
+        """Mass (..., n_entry) joined with all that a frame says, and with a share of what states cost."""
+        chain, ring = self.chain, self.chain.ring
+        if sight.likelihood is not None:
+            mass = chain.times(mass, sight.likelihood)
+        if sight.may_move < 1:
+            mass = ring.join(mass, np.where(chain.is_moving, np.float32(sight.may_move), np.float32(1)))
+        if sight.others is not None:
+            mass = ring.join(mass, sight.others.astype(np.float32)[chain.state])
+        if self.tables.cost.any():
+            mass = ring.join(mass, np.exp(-share * self.tables.cost).astype(np.float32)[chain.state])
+        return np.asarray(mass, dtype=np.float32)
+
+    def _cost_share(self, dt: float) -> float:
+        """Share of a state's cost that is paid for being there `dt` longer; a possibility is as low however often."""
+        return share_of(dt) if self.chain.ring.multiplies else 1.0
+
+    def backward(self, later: Floats | None, sight: Sight, link: Ids | None) -> Floats | None:
+        """What frames from `sight` on say of the frame before it, (n_row, n_entry); None says nothing."""
+        if (self.ages is not None and link is None) or (link is None and later is None and sight.likelihood is None):
             return None
         chain = self.chain
-        belief = chain.ones() if later is None else later
-        belief = belief if sight.likelihood is None else chain.times(belief, sight.likelihood)
-        return chain.backward(chain.normalise(belief), sight.dt)
+        mass = self._says(chain.ones()[None] if later is None else later, sight, self._cost_share(sight.dt))
+        mass = chain.normalise(mass) if chain.total(mass) > SMALLEST else chain.ones()[None]
+        if self.ages is not None and link is not None:
+            mass = self.ages.lift(np.broadcast_to(mass, (link.max() + 1, mass.shape[-1])), link)
+        return np.asarray(chain.backward(mass, sight.dt))
+
+    def believed(self, carried: Carried) -> tuple[Array, float]:
+        """Probability of each state (over a maximum: its possibility), and of moving, as carried on."""
+        chain, belief = self.chain, carried.belief
+        assert belief is not None
+        rows = belief.aged.mass
+        states, moving = self.states(belief, None), rows[:, chain.is_moving]
+        if chain.ring.sums:
+            return states, float(moving.sum() / rows.sum())
+        return states / states.max(), float(moving.max() / rows.max())
+
+    def hear(self, carried: Carried, others: Array | None, may_move: float) -> Carried:
+        """What is carried, joined with weights by what is believed of other machines."""
+        belief = carried.belief
+        assert belief is not None
+        mass = self._says(belief.aged.mass, Sight(0.0, None, None, may_move=may_move, others=others), 0.0)
+        if not self.chain.total(mass) > SMALLEST:
+            return carried  # the points contradict the others, and the points were there
+        return carried._replace(belief=belief._replace(aged=belief.aged._replace(mass=self.chain.normalise(mass))))
 
     def settle(self, carried: Carried, window: Sequence[Sight]) -> tuple[Carried, Decision]:
         """Decide the first frame of a window in the light of all of it."""
-        belief = self.advance(carried, window[0])
-        later: Belief | None = None
-        for sight in reversed(window[1:]):
-            later = self.backward(later, sight)
-        early = self.states(belief)
-        final = early if later is None else self.states(self.chain.product(belief, later))
-        return self.conclude(carried, window[0], belief, early, final, len(window) - 1)
+        belief = self.advance(carried.belief, window[0])
+        early = self.states(belief, None)
+        final = early if len(window) == 1 else self.states(belief, self._look_back(belief, window))
+        delay = self._delay(belief, window, most_probable(early), most_probable(final))
+        return self.conclude(carried, window[0], belief, early, final, delay)
+
+    def _look_back(self, belief: Belief, window: Sequence[Sight]) -> Floats | None:
+        """What the later frames of a window say of its first."""
+        links: list[Ids | None] = [None] * (len(window) - 1)
+        if self.ages is not None:
+            ahead = belief
+            for n, sight in enumerate(window[1:]):
+                ahead = self.advance(ahead, sight)
+                links[n] = ahead.link
+        later: Floats | None = None
+        for sight, link in zip(reversed(window[1:]), reversed(links), strict=True):
+            later = self.backward(later, sight, link)
+        return later
+
+    def _delay(self, belief: Belief, window: Sequence[Sight], early: int, final: int) -> int:
+        """Frames after which the decision on a window's first frame did not change any more."""
+        if self.tracer is not None:
+            return settled_after(self, self.tracer, belief, window)
+        if early == final:
+            return 0
+        for horizon in range(len(window) - 1, 1, -1):
+            part = window[:horizon]
+            if most_probable(self.states(belief, self._look_back(belief, part))) != final:
+                return horizon
+        return 1
 
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
         """Decide all frames of a take, each in the light of all.
@@ -100,46 +180,58 @@ class WindowDecoder:
         Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back, so that memory
         grows with the square root of the take's length.
         """
-        carried, marks = self.start(), []
+        belief: Belief | None = None
+        marks = []
         for n, sight in enumerate(sights):
             if n % CHECKPOINT == 0:
-                marks.append(carried)
-            carried = carried._replace(belief=self.advance(carried, sight))
+                marks.append(belief)
+            belief = self.advance(belief, sight)
         early, final = self._backwards(sights, marks)
         carried, decisions = self.start(), []
         for n, sight in enumerate(sights):
-            carried, decision = self.conclude(carried, sight, None, early[n], final[n], len(sights) - 1 - n)
+            delay = 0 if most_probable(early[n]) == most_probable(final[n]) else len(sights) - 1 - n
+            carried, decision = self.conclude(carried, sight, None, early[n], final[n], delay)
             decisions.append(decision)
         return decisions
 
-    def _backwards(self, sights: Sequence[Sight], marks: Sequence[Carried]) -> tuple[list[Array], list[Array]]:
+    def _backwards(self, sights: Sequence[Sight], marks: Sequence[Belief | None]) -> tuple[list[Array], list[Array]]:
         """Posteriors of the states from the past alone and from everything, of all frames."""
         early: list[Array] = []
         final: list[Array] = []
-        later: Belief | None = None
+        later: Floats | None = None
+        link: Ids | None = None  # of the frame after
         for block in range(len(marks) - 1, -1, -1):
-            start, carried = block * CHECKPOINT, marks[block]
+            start, belief = block * CHECKPOINT, marks[block]
             beliefs = []
             for sight in sights[start : start + CHECKPOINT]:
-                carried = carried._replace(belief=self.advance(carried, sight))
-                beliefs.append(carried.belief)
+                belief = self.advance(belief, sight)
+                beliefs.append(belief)
             for n in range(start + len(beliefs) - 1, start - 1, -1):
                 belief = beliefs[n - start]
-                assert belief is not None
-                early.append(self.states(belief))
-                final.append(early[-1] if later is None else self.states(self.chain.product(belief, later)))
-                later = self.backward(later, sights[n])
+                if n + 1 < len(sights):
+                    later = self.backward(later, sights[n + 1], link)
+                link = belief.link
+                early.append(self.states(belief, None))
+                final.append(early[-1] if later is None else self.states(belief, later))
         return early[::-1], final[::-1]
 
+    def states(self, belief: Belief, later: Floats | None) -> Array:
+        """Posterior of the states, (n_state,), from a belief and what comes later."""
+        ring, mass = self.chain.ring, belief.aged.mass
+        if later is not None:
+            both = ring.join(mass, later)
+            mass = both if self.chain.total(both) > SMALLEST else mass
+        return self.chain.states(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
+
     def conclude(
-        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Array, lag: int
+        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Array, delay: int
     ) -> tuple[Carried, Decision]:
         """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
         first = carried.unseen is None
         unseen = 0.0 if now.evidence is not None else (carried.unseen or 0.0) + now.dt
-        square, limit = self._misfit(now.evidence)
-        misfit = carried.misfit
+        square, limit, misfit = now.misfit, math.nan, carried.misfit
         if now.evidence is not None:
+            limit = chi_square_quantile(MISFIT_PROBABILITY, 3 * len(now.evidence.position))
             misfit = (
                 float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
             )
@@ -147,23 +239,10 @@ class WindowDecoder:
         status = self._status(now, misfit, final)
         decided = status in ("ok", "partial", "coasting")
         seen = 0 if now.evidence is None else int(now.evidence.seen.sum())
-        delay = 0 if most_probable(early) == state else lag
         decision = Decision(
             state if decided else -1, final, candidates, status, seen, square, limit, int((early > 0).sum()), delay
         )
         return Carried(belief, misfit, unseen), decision
-
-    def states(self, belief: Belief) -> Array:
-        """Posterior of the states, (n_state,), from the cells."""
-        lattice = self.chain.lattice
-        cells = self.chain.cells(belief).astype(float)
-        kept = lattice.state >= 0
-        total = np.zeros(lattice.n_state)
-        if self.chain.ring.sums:
-            np.add.at(total, lattice.state[kept], cells[kept])
-        else:
-            np.maximum.at(total, lattice.state[kept], cells[kept])
-        return np.asarray(total / max(total.sum(), 1e-300))
 
     def _status(self, now: Sight, misfit: float, posterior: Array) -> str:
         if now.evidence is None:
@@ -174,9 +253,6 @@ class WindowDecoder:
             return "undecided"
         return "partial" if now.evidence.hidden else "ok"
 
-    def _misfit(self, evidence: Evidence | None) -> tuple[float, float]:
-        """Least chi-square of the states' cells with an allowance for another person's limb, and its limit."""
-        if evidence is None:
-            return float("nan"), float("nan")
-        square = emit(self.tables, evidence, personal_variance(self.lever, evidence)).chi_square
-        return float(square.min()), chi_square_quantile(MISFIT_PROBABILITY, 3 * len(evidence.position))
+    def _generous(self, evidence: Evidence) -> float:
+        """Least chi-square of the states' cells with an allowance for another person's limb."""
+        return float(emit(self.tables, evidence, personal_variance(self.lever, evidence)).chi_square.min())

@@ -10,12 +10,11 @@ import pytest
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.kinematics import chain_of
 from gesturec.compile import compile_artifact
-from gesturec.runtime.chain import Belief
 from gesturec.runtime.curve_chain import CurveChain, Pace, step_shares
 from gesturec.runtime.decode import decode
 from gesturec.runtime.lattice import machine_lattice
 from gesturec.runtime.reach import machine_graph, spread, steps_in
-from gesturec.runtime.semiring import SEMIRINGS, SUM_PRODUCT, Semiring
+from gesturec.runtime.semiring import SEMIRINGS, SUM_PRODUCT, Floats, Semiring
 from gesturec.simulate.simulation import SimulateOptions, simulate
 
 WALK = ("standing", "walking", "standing")
@@ -32,7 +31,7 @@ def chain(gait: Artifact, ring: Semiring) -> CurveChain:
     return CurveChain(machine_lattice(gait, chain_of(gait.columns), tables), ring, tables)
 
 
-def alone(walker: CurveChain, state: int) -> Belief:
+def alone(walker: CurveChain, state: int) -> Floats:
     """Sure of a state; at rest or at any pace."""
     only = np.zeros(walker.lattice.n_state, np.float32)
     only[state] = 1
@@ -72,12 +71,11 @@ def test_paces_advance_by_what_they_are_worth(dt: float) -> None:
 def test_a_moving_body_goes_round_at_an_expected_pace_at_any_rate(gait: Artifact, dt: float) -> None:
     walker = chain(gait, SUM_PRODUCT)
     swing = gait.machine(0).state_names.index("mid_swing.1")
-    only = alone(walker, swing)
-    belief = Belief(np.zeros_like(only.hold), only.move)
+    belief = alone(walker, swing) * walker.is_moving
     for _ in range(round(0.5 / dt)):
         belief = walker.forward(belief, dt)
     gone = (gait.machine(0).at - gait.machine(0).at[swing]) % 1
-    weight = walker.normalise(Belief(np.zeros_like(belief.hold), belief.move)).move.sum(0)[np.isfinite(gone)]
+    weight = walker.states(belief * walker.is_moving)[np.isfinite(gone)]
     assert 0.5 / 2.5 < (weight @ gone[np.isfinite(gone)]) / weight.sum() < 0.5 / 0.7
 
 
@@ -87,7 +85,7 @@ def test_no_state_out_of_reach_is_believed(gait: Artifact, ring: Semiring, dt: f
     walker, tables = chain(gait, ring), gait.machine(0)
     graph = machine_graph(tables, np.full(len(tables.joints), np.inf), 0.04)
     for state in range(0, len(tables.at), 7):
-        ahead = walker.cells(walker.forward(alone(walker, state), dt)) > 0
+        ahead = walker.states(walker.forward(alone(walker, state), dt)) > 0
         assert not (ahead & ~spread(graph, np.arange(len(tables.at)) == state, steps_in(graph, dt))).any()
 
 
@@ -99,10 +97,10 @@ def test_backward_is_the_transpose(gait: Artifact, ring: Semiring, dt: float) ->
     belief = walker.times(walker.start(), rng.random(n).astype(np.float32))
     later = walker.times(walker.ones(), rng.random(n).astype(np.float32))
     sides = (
-        walker.product(walker.forward(belief, dt), later),
-        walker.product(belief, walker.backward(later, dt)),
+        ring.join(walker.forward(belief, dt), later),
+        ring.join(belief, walker.backward(later, dt)),
     )
-    values = [float(s.hold.sum() + s.move.sum()) if ring.sums else max(float(b.max()) for b in s) for s in sides]
+    values = [float(side.sum() if ring.sums else side.max()) for side in sides]
     assert values[0] == pytest.approx(values[1], rel=1e-4)
 
 
@@ -110,4 +108,4 @@ def test_nobody_is_lost_on_the_way(gait: Artifact) -> None:
     walker = chain(gait, SUM_PRODUCT)
     for state in range(walker.lattice.n_state):
         ahead = walker.forward(alone(walker, state), 0.04)
-        assert float(ahead.hold.sum() + ahead.move.sum()) == pytest.approx(1, abs=1e-4)
+        assert float(ahead.sum()) == pytest.approx(1, abs=1e-4)

@@ -1,0 +1,86 @@
+"""What machines tell each other inside the recursion: relations, rules of several machines, exclusive motion.
+
+In: what is believed of every machine after a frame. Out: weights of each machine's states by what is believed of the
+others, (n_state,), that its belief is joined with before the next frame. The joint belief is never built: each machine
+hears the expectation of the relation over the others' beliefs (Boyen and Koller 1998). A relation is said again in
+every frame, so it is said at a rate: `share_of` the interval, such that its cost counts once in `SPOKEN`, about the
+time in which a limb's belief forgets; what is impossible is impossible at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from gesturec.artifact.artifact import Artifact
+from gesturec.runtime.arrays import Array
+from gesturec.runtime.relations import Relation
+
+SPOKEN: Final = 0.8  # s in which a cost is paid once: the mean stay of a limb in hold or move
+LEAST_ALONE: Final = 0.05  # weight that moving keeps while something else moves: what is exclusive is so nearly always
+LEAST: Final = 1e-12  # expectation of a relation below which the points contradict it, and it is left out
+
+
+@dataclass(frozen=True)
+class Exclusive:
+    """What may not change at once, of `transitions.exclusive`: machine ids."""
+
+    of_motion: frozenset[int] = frozenset()  # hold while the root moves
+    one_of: tuple[int, ...] = ()  # of which at most one moves
+
+
+def exclusive_of(artifact: Artifact) -> Exclusive:
+    """A model's exclusive parts: the root's motion, all machines together (`deformation`), or machines by name."""
+    listed, machines = artifact.manifest.exclusive, artifact.manifest.machines
+    named = tuple(m for m, name in enumerate(machines) if name in listed)
+    deforming = range(len(machines)) if "deformation" in listed else named
+    return Exclusive(frozenset(deforming) if "motion" in listed else frozenset(), named if len(named) > 1 else ())
+
+
+def share_of(dt: float) -> float:
+    """Share of a cost that is paid for an interval, s."""
+    return min(1.0, max(dt, 0.0) / SPOKEN)
+
+
+def relation_messages(
+    relations: Sequence[Relation], belief: Sequence[Array], share: float, sums: bool
+) -> list[Array | None]:
+    """Weights of each machine's states (n_state,) by its relations; None where none names it.
+
+    `belief` has each machine's states' probabilities, or with `sums` False their possibilities.
+    """
+    told: list[Array | None] = [None] * len(belief)
+    for relation in relations:
+        for axis, machine in enumerate(relation.machines):
+            message = _message(relation, belief, axis, sums)
+            if float((message * belief[machine]).max()) <= LEAST:
+                continue
+            before = told[machine]
+            told[machine] = message**share if before is None else before * message**share
+    return told
+
+
+def _message(relation: Relation, belief: Sequence[Array], axis: int, sums: bool) -> Array:
+    """Expected (or best) weight of each state of one of a relation's machines."""
+    joint = relation.weight
+    for other, machine in enumerate(relation.machines):
+        if other != axis:
+            shape = [1] * joint.ndim
+            shape[other] = -1
+            joint = joint * belief[machine].reshape(shape)
+    rest = tuple(a for a in range(joint.ndim) if a != axis)
+    return np.asarray(joint.sum(rest) if sums else joint.max(rest))
+
+
+def alone_weights(group: Sequence[int], moving: Array) -> Array:
+    """Weight of moving of each machine, (n_machine,), where of a group at most one moves.
+
+    `moving` (n_machine,) is each machine's probability of moving.
+    """
+    weight = np.ones(len(moving))
+    for machine in group:
+        weight[machine] = np.prod([1 - moving[other] for other in group if other != machine])
+    return np.maximum(weight, LEAST_ALONE)

@@ -1,0 +1,183 @@
+"""How long a state or phase lasts: bounds on the time in sets of states, exact in a belief.
+
+In: the sets of a machine whose time is bounded (`dwell` of the model). A belief is divided into rows by when its mass
+came into the sets that it is in, so that mass may leave a set only when its time there has been at least the
+shortest, and may stay while it is at most the longest: an explicit-duration (semi-Markov) model by time stamps. The
+time in a set is that between the first frame in it and the first frame out of it. Where a take begins in a set, the
+time before is not known, and the shortest does not bind.
+
+Rows whose difference cannot matter any more are one; beyond `MOST_ROWS` the lightest join the nearest of their kind.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gesturec.runtime.semiring import Floats, Semiring
+
+Array = NDArray[np.float64]
+Ids = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+MOST_ROWS: Final = 64  # rows of a belief; a second of entry times at 60 frames/s
+SAME_TIME: Final = 1e-6  # s: bounds and time stamps are told to microseconds
+NEGLIGIBLE: Final = 1e-9  # share of a frame's mass that is not followed into another set
+
+
+class Bounds(NamedTuple):
+    """Bounded sets of one machine's states."""
+
+    inside: Mask  # (n_bound, n_state)
+    shortest: Array  # (n_bound,) s
+    longest: Array  # (n_bound,) s; inf: none
+
+
+class Row(NamedTuple):
+    """What the mass of one row has in common."""
+
+    kind: int  # which sets its states are in
+    since: tuple[float | None, ...]  # s, for each bound: first frame inside; None outside, or where none asks
+    is_free: tuple[bool, ...]  # for each bound: whether the shortest time is over, or not known
+
+
+class Aged(NamedTuple):
+    """A belief by rows."""
+
+    mass: Floats  # (n_row, n_entry)
+    rows: tuple[Row, ...]
+    now: float  # s since the belief began
+
+
+def bounds_of(dwell: Sequence[Mapping[str, Any]], machine: str, n_state: int) -> Bounds | None:
+    """A machine's bounds in a manifest; None where there are none. Without a name they hold state by state."""
+    inside, shortest, longest = [], [], []
+    for bound in dwell:
+        if bound["machine"] != machine:
+            continue
+        for states in [bound["states"]] if bound["name"] is not None else [[s] for s in bound["states"]]:
+            inside.append(np.isin(np.arange(n_state), states))
+            shortest.append(float(bound["shortest"]))
+            longest.append(math.inf if bound["longest"] is None else float(bound["longest"]))
+    return Bounds(np.array(inside), np.array(shortest), np.array(longest)) if inside else None
+
+
+@dataclass(frozen=True, eq=False)
+class Ages:
+    """The rule of one machine, over the entries of its chain.
+
+    Attributes
+    ----------
+    patterns
+        Whether states of each kind are inside each bounded set, (n_kind, n_bound).
+    kind
+        Kind of each entry's state, (n_entry,).
+    """
+
+    bounds: Bounds
+    ring: Semiring
+    patterns: Mask
+    kind: Ids
+
+    def begin(self, mass: Floats) -> Aged:
+        """A belief (n_entry,) of which nothing before is known."""
+        found: dict[Row, Floats] = {}
+        for kind in np.unique(self.kind[mass > 0]).tolist():
+            inside = self.patterns[kind]
+            row = self._row(kind, [0.0 if i else None for i in inside], inside.tolist())
+            found[row] = np.where(self.kind == kind, mass, np.float32(0))
+        return Aged(np.array(list(found.values())), tuple(found), 0.0)
+
+    def divide(self, before: Aged, mass: Floats, dt: float) -> tuple[Aged, Ids]:
+        """Rows after a step that carried `before` to `mass` (n_row, n_entry).
+
+        Returns
+        -------
+        The belief, and for each row before and each kind of states the row that its mass there went to,
+        (n_row, n_kind); -1 where it may not go.
+        """
+        now, least = before.now + dt, NEGLIGIBLE * float(mass.max(initial=0))
+        found: dict[Row, Floats] = {}
+        link = np.full((len(before.rows), len(self.patterns)), -1, dtype=np.int64)
+        for index, row in enumerate(before.rows):
+            for kind in np.unique(self.kind[mass[index] > least]).tolist():
+                after = self._after(row, kind, now)
+                if after is None:
+                    continue
+                part = np.where(self.kind == kind, mass[index], np.float32(0))
+                found[after] = self.ring.either(found[after], part) if after in found else part
+                link[index, kind] = list(found).index(after)
+        aged = Aged(np.array(list(found.values()), dtype=np.float32).reshape(-1, mass.shape[1]), tuple(found), now)
+        return self._few(aged, link)
+
+    def lift(self, later: Floats, link: Ids) -> Floats:
+        """A function of the rows after a step (n_row_after, n_entry) as one of the rows before."""
+        row = link[:, self.kind]
+        lifted = later[np.maximum(row, 0), np.arange(len(self.kind))]
+        return np.where(row >= 0, lifted, np.float32(0))
+
+    def _after(self, row: Row, kind: int, now: float) -> Row | None:
+        """The row of mass that goes to states of a kind; None where that is not allowed."""
+        since: list[float | None] = []
+        is_free: list[bool] = []
+        for b, (was, is_inside) in enumerate(zip(self.patterns[row.kind], self.patterns[kind], strict=True)):
+            begun = row.since[b] if was else now
+            age = math.inf if begun is None else now - begun
+            free = age >= self.bounds.shortest[b] - SAME_TIME or bool(was and row.is_free[b])
+            if was and not is_inside and not free:
+                return None
+            if was and is_inside and begun is not None and age > self.bounds.longest[b] + SAME_TIME:
+                return None
+            since.append(begun if is_inside else None)
+            is_free.append(bool(is_inside and free))
+        return self._row(kind, since, is_free)
+
+    def _row(self, kind: int, since: Sequence[float | None], is_free: Sequence[bool]) -> Row:
+        """A row without what cannot matter any more: a beginning that neither bound asks for."""
+        asked = [not free or math.isfinite(longest) for free, longest in zip(is_free, self.bounds.longest, strict=True)]
+        kept = tuple(None if s is None or not a else round(s, 6) for s, a in zip(since, asked, strict=True))
+        return Row(kind, kept, tuple(is_free))
+
+    def _few(self, aged: Aged, link: Ids) -> tuple[Aged, Ids]:
+        """At most `MOST_ROWS` rows."""
+        while len(aged.rows) > MOST_ROWS:
+            pair = _lightest_pair(aged)
+            if pair is None:
+                break
+            aged, link = self._join(aged, link, *pair)
+        return aged, link
+
+    def _join(self, aged: Aged, link: Ids, gone: int, into: int) -> tuple[Aged, Ids]:
+        """One row with the mass of two."""
+        mass = aged.mass.copy()
+        mass[into] = self.ring.either(mass[into], mass[gone])
+        link = np.where(link == gone, into, link)
+        rows = aged.rows[:gone] + aged.rows[gone + 1 :]
+        return Aged(np.delete(mass, gone, 0), rows, aged.now), np.where(link > gone, link - 1, link)
+
+
+def ages_of(bounds: Bounds, state: Ids, ring: Semiring) -> Ages:
+    """The rule over a chain's entries, whose states are (n_entry,), -1 where there is none (and never any mass)."""
+    patterns, kind = np.unique(bounds.inside.T, axis=0, return_inverse=True)
+    return Ages(bounds, ring, patterns, kind.ravel()[state].astype(np.int64))
+
+
+def _lightest_pair(aged: Aged) -> tuple[int, int] | None:
+    """The lightest row that another of its kind can take in, and the one that began nearest to it."""
+    for lightest in np.argsort(aged.mass.max(1), kind="stable").tolist():
+        row = aged.rows[lightest]
+        near = [i for i, other in enumerate(aged.rows) if i != lightest and other.kind == row.kind]
+        if near:
+            return lightest, min(near, key=lambda i: _apart(aged.rows[i], row))
+    return None
+
+
+def _apart(one: Row, other: Row) -> tuple[int, float]:
+    """How unlike two rows' beginnings are: first in what is known at all, then in time."""
+    pairs = list(zip(one.since, other.since, strict=True))
+    unlike = sum((a is None) != (b is None) for a, b in pairs) + sum(map(bool.__ne__, one.is_free, other.is_free))
+    return unlike, sum(abs(a - b) for a, b in pairs if a is not None and b is not None)
