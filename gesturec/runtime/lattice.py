@@ -7,8 +7,8 @@ machine that is no plain grid, or would have more than `MOST_CELLS`, has its own
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from gesturec.artifact.moments import Spread, cell_moments
 
 Array = NDArray[np.float64]
 MOST_CELLS: Final = 20_000  # of one machine: above, its token moments alone would take tens of MB
+MOST_PARTS: Final = 16  # sets of tokens whose moments are kept apart
 QUANTISED: Final = VALUE_SOURCES.index("quantised")
 
 
@@ -37,6 +38,14 @@ class Axis:
     def n_level(self) -> int:
         """Number of levels."""
         return len(self.value)
+
+
+class Part(NamedTuple):
+    """Moments of some of the tokens in every cell."""
+
+    mean: Array  # (n_cell, 3 n)
+    covariance: Array  # (n_cell, 3 n, 3 n)
+    spread: Array  # (n_cell, n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +74,18 @@ class Lattice:
     spread: Array
     reach: float
     n_state: int
+    parts: dict[bytes, Part] = field(default_factory=dict, repr=False)  # what `part` remembers
+
+    def part(self, tokens: NDArray[np.int64]) -> Part:
+        """Moments of some tokens, of which a recording shows the same few again and again."""
+        key = tokens.tobytes()
+        if key not in self.parts:
+            if len(self.parts) >= MOST_PARTS:
+                self.parts.clear()
+            rows = (3 * tokens[:, None] + np.arange(3)).ravel()
+            covariance = np.ascontiguousarray(self.covariance[:, rows[:, None], rows])
+            self.parts[key] = Part(np.ascontiguousarray(self.mean[:, rows]), covariance, self.spread[:, tokens])
+        return self.parts[key]
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.runtime.emission import Evidence
-from gesturec.runtime.lattice import Lattice
+from gesturec.runtime.lattice import Lattice, Part
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 OUTLIER: Final = 0.01  # share of measurements that have nothing to do with their token
 LOOKED_AT_FIRST: Final = 8  # cells whose exact distances tell how far others may be and still matter
+LOG_2PI: Final = float(np.log(2 * np.pi))
 NEGLIGIBLE: Final = 50.0  # chi-square beyond the best at which a cell's weight (1e-11) is not computed
 
 
@@ -59,50 +60,44 @@ def _leaving_one_out(count: int) -> Iterator[Mask]:
 
 def _log_gaussian(lattice: Lattice, evidence: Evidence, kept: Mask) -> tuple[Array, float]:
     """Log density of the kept tokens in every cell, -inf where it cannot matter; and the least chi-square."""
-    tokens = np.flatnonzero(evidence.seen)[kept]
+    part = lattice.part(np.flatnonzero(evidence.seen)[kept])
     own = np.flatnonzero(kept)
-    position = evidence.position[own]
-    rows, own_rows = _coordinates(tokens), _coordinates(own)
-    noise = evidence.covariance[np.ix_(own_rows, own_rows)]
+    rows = (3 * own[:, None] + np.arange(3)).ravel()
+    position, noise = evidence.position[own].ravel(), evidence.covariance[np.ix_(rows, rows)]
+    if len(rows) == 3:
+        square, log_determinant = _squares_of_three(position - part.mean, part.covariance + noise)
+        return -0.5 * (square + log_determinant + 3 * LOG_2PI), float(square.min())
 
     def squares(cells: NDArray[np.int64]) -> tuple[Array, Array]:
-        covariance = lattice.covariance[cells][:, rows[:, None], rows] + noise
-        return _squares(position.ravel() - lattice.mean[cells][:, rows], covariance)
+        return _squares(position - part.mean[cells], part.covariance[cells] + noise)
 
-    bound = _bound(lattice, tokens, position, noise)
+    bound = _bound(part, position, noise)
     first = np.argpartition(bound, min(LOOKED_AT_FIRST, len(bound) - 1))[:LOOKED_AT_FIRST]
     least = float(squares(first)[0].min())
     cells = np.flatnonzero(bound <= least + NEGLIGIBLE)
     square, log_determinant = squares(cells)
     log_density = np.full(len(bound), -np.inf)
-    log_density[cells] = -0.5 * (square + log_determinant + len(rows) * np.log(2 * np.pi))
+    log_density[cells] = -0.5 * (square + log_determinant + len(rows) * LOG_2PI)
     return log_density, float(square.min())
 
 
-def _coordinates(tokens: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.asarray((3 * tokens[:, None] + np.arange(3)).ravel())
-
-
-def _bound(lattice: Lattice, tokens: NDArray[np.int64], position: Array, noise: Array) -> Array:
+def _bound(part: Part, position: Array, noise: Array) -> Array:
     """A lower bound of the chi-square in every cell: the worst token's distance over its largest variance."""
-    mean = lattice.mean.reshape(len(lattice.mean), -1, 3)[:, tokens]
-    away = ((mean - position) ** 2).sum(2)
-    count = len(tokens)
+    count = part.spread.shape[1]
+    away = ((part.mean - position) ** 2).reshape(-1, count, 3).sum(2)
     blocks = noise.reshape(count, 3, count, 3)[range(count), :, range(count), :]
-    return np.asarray((away / (np.linalg.eigvalsh(blocks)[:, -1] + lattice.spread[:, tokens])).max(1))
+    return np.asarray((away / (np.linalg.eigvalsh(blocks)[:, -1] + part.spread)).max(1))
 
 
 def _squares(residual: Array, covariance: Array) -> tuple[Array, Array]:
-    """Squared Mahalanobis length and log determinant, (n, k) and (n, k, k); three coordinates in closed form."""
-    if residual.shape[1] == 3:
-        return _squares_of_three(residual, covariance)
+    """Squared Mahalanobis length and log determinant of residuals (n, k) with covariances (n, k, k)."""
     factor = np.linalg.cholesky(covariance)
     white = np.linalg.solve(factor, residual[..., None])[..., 0]
     return (white**2).sum(1), 2 * np.log(np.diagonal(factor, axis1=1, axis2=2)).sum(1)
 
 
 def _squares_of_three(residual: Array, covariance: Array) -> tuple[Array, Array]:
-    """By the adjugate of a symmetric 3 x 3 matrix."""
+    """The same of three coordinates in closed form, by the adjugate of a symmetric 3 x 3 matrix."""
     a, b, c = covariance[:, 0, 0], covariance[:, 0, 1], covariance[:, 0, 2]
     d, e, f = covariance[:, 1, 1], covariance[:, 1, 2], covariance[:, 2, 2]
     aa, bb, cc = d * f - e * e, c * e - b * f, b * e - c * d
