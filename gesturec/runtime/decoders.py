@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gesturec.artifact.artifact import MachineTables
 from gesturec.runtime.arrays import Mask
 from gesturec.runtime.body import Body
-from gesturec.runtime.chain import Chain
+from gesturec.runtime.chain import Chain, Ids
 from gesturec.runtime.curve_chain import CurveChain
-from gesturec.runtime.dwell import ages_of, bounds_of
+from gesturec.runtime.dwell import Ages, ages_of, bounds_of
 from gesturec.runtime.graph_chain import GraphChain
 from gesturec.runtime.lattice import Lattice, machine_lattice
 from gesturec.runtime.lattice_chain import LatticeChain
@@ -15,7 +17,7 @@ from gesturec.runtime.machines import Decoder
 from gesturec.runtime.nearest import Nearest
 from gesturec.runtime.options import Options
 from gesturec.runtime.reach import Graph
-from gesturec.runtime.semiring import SEMIRINGS, TRACED, Semiring
+from gesturec.runtime.semiring import MAX_PRODUCT, SEMIRINGS, TRACED, Semiring
 from gesturec.runtime.starting import start_masks
 from gesturec.runtime.window import WindowDecoder
 
@@ -25,7 +27,7 @@ def make_decoders(body: Body, options: Options) -> tuple[Decoder, ...]:
     firsts = start_masks(body.artifact, options.start)
     if options.decoder == "nearest":
         return tuple(
-            Nearest(tables, graph, lever, first, options.sure, options.growing)
+            Nearest(tables, graph, lever, first, options.sure, options.growing, _ages(body, tables, None, MAX_PRODUCT))
             for tables, graph, lever, first in zip(body.machines, body.graphs, body.levers, firsts, strict=True)
         )
     return tuple(_window_decoder(body, machine, first, options) for machine, first in enumerate(firsts))
@@ -35,10 +37,16 @@ def _window_decoder(body: Body, machine: int, first: Mask, options: Options) -> 
     tables, graph, ring = body.machines[machine], body.graphs[machine], SEMIRINGS[options.decoder]
     lattice = machine_lattice(body.artifact, body.chain, tables)
     chain = _chain(lattice, tables, graph, ring)
-    bounds = bounds_of(body.artifact.manifest.dwell, tables.name, len(tables.state_names))
-    ages = None if bounds is None else ages_of(bounds, chain.state, ring)
+    ages = _ages(body, tables, chain.state, ring)
     tracer = _chain(lattice, tables, graph, TRACED) if options.decoder == "viterbi" else None
     return WindowDecoder(tables, chain, body.levers[machine], first, options.sure, ages, tracer)
+
+
+def _ages(body: Body, tables: MachineTables, state: Ids | None, ring: Semiring) -> Ages | None:
+    """The bounds on the time in a machine's states, over entries of states (n_entry,), or over the states."""
+    n_state = len(tables.state_names)
+    bounds = bounds_of(body.artifact.manifest.dwell, tables.name, n_state)
+    return None if bounds is None else ages_of(bounds, np.arange(n_state) if state is None else state, ring)
 
 
 def _chain(lattice: Lattice, tables: MachineTables, graph: Graph, ring: Semiring) -> Chain:

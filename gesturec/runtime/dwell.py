@@ -87,9 +87,7 @@ class Ages:
         """A belief (n_entry,) of which nothing before is known."""
         found: dict[Row, Floats] = {}
         for kind in np.unique(self.kind[mass > 0]).tolist():
-            inside = self.patterns[kind]
-            row = self._row(kind, [0.0 if i else None for i in inside], inside.tolist())
-            found[row] = np.where(self.kind == kind, mass, np.float32(0))
+            found[self.beginning(kind, 0.0)] = np.where(self.kind == kind, mass, np.float32(0))
         return Aged(np.array(list(found.values())), tuple(found), 0.0)
 
     def divide(self, before: Aged, mass: Floats, dt: float) -> tuple[Aged, Ids]:
@@ -105,7 +103,7 @@ class Ages:
         link = np.full((len(before.rows), len(self.patterns)), -1, dtype=np.int64)
         for index, row in enumerate(before.rows):
             for kind in np.unique(self.kind[mass[index] > least]).tolist():
-                after = self._after(row, kind, now)
+                after = self.after(row, kind, now)
                 if after is None:
                     continue
                 part = np.where(self.kind == kind, mass[index], np.float32(0))
@@ -120,7 +118,7 @@ class Ages:
         lifted = later[np.maximum(row, 0), np.arange(len(self.kind))]
         return np.where(row >= 0, lifted, np.float32(0))
 
-    def _after(self, row: Row, kind: int, now: float) -> Row | None:
+    def after(self, row: Row, kind: int, now: float) -> Row | None:
         """The row of mass that goes to states of a kind; None where that is not allowed."""
         since: list[float | None] = []
         is_free: list[bool] = []
@@ -134,9 +132,14 @@ class Ages:
                 return None
             since.append(begun if is_inside else None)
             is_free.append(bool(is_inside and free))
-        return self._row(kind, since, is_free)
+        return self.row(kind, since, is_free)
 
-    def _row(self, kind: int, since: Sequence[float | None], is_free: Sequence[bool]) -> Row:
+    def beginning(self, kind: int, now: float) -> Row:
+        """The row of mass in states of a kind, of which nothing before `now` is known."""
+        inside = self.patterns[kind].tolist()
+        return self.row(kind, [now if i else None for i in inside], inside)
+
+    def row(self, kind: int, since: Sequence[float | None], is_free: Sequence[bool]) -> Row:
         """A row without what cannot matter any more: a beginning that neither bound asks for."""
         asked = [not free or math.isfinite(longest) for free, longest in zip(is_free, self.bounds.longest, strict=True)]
         kept = tuple(None if s is None or not a else round(s, 6) for s, a in zip(since, asked, strict=True))

@@ -78,12 +78,12 @@ def sight_of(body: Body, decoders: Sequence[Decoder], machine: int, shown: Shown
     evidence = None if pose is None else _evidence_of(body, machine, moment, pose, decided)
     fit = None if evidence is None else decoders[machine].likelihood(evidence)
     likelihood, misfit = (None, math.nan) if fit is None else fit
-    sight = Sight(moment.dt, evidence, likelihood, misfit, _may_move(body, machine, pose))
+    sight = Sight(moment.dt, evidence, likelihood, misfit, may_move(body, machine, pose))
     shown.sights[machine] = pose, sight
     return sight
 
 
-def _may_move(body: Body, machine: int, pose: PoseEstimate | None) -> float:
+def may_move(body: Body, machine: int, pose: PoseEstimate | None) -> float:
     """Weight of a machine's moving by what the root does, where the model has only one of both move."""
     if pose is None or machine not in body.exclusive.of_motion:
         return 1.0
@@ -124,9 +124,7 @@ def settle_first(
     return after, relate(body.relations, decisions), angles
 
 
-def couple(
-    body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], dt: float
-) -> tuple[list[Any], list[Heard]]:
+def couple(body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], dt: float) -> tuple[list[Any], list[Heard]]:
     """What machines carry after a frame, having heard what is believed of each other; and what each heard."""
     nothing = [Heard(None, 1.0)] * len(decoders)
     if not (body.relations or body.exclusive.one_of):

@@ -2,7 +2,8 @@
 
 The source paper's rule, with the allowed set growing over a gap (`growing`), cell moments and the
 points' covariances in the distance. A state that fits the tokens but cannot be reached yet leaves the
-machine undecided while its set grows; tokens that no state fits are a misfit. Hidden tokens: what is
+machine undecided while its set grows, or until it may leave the state that it is in (`dwell`); tokens that no state
+fits are a misfit. Hidden tokens: what is
 tied because of them stays at the last state for `HOLD` seconds, then none is chosen.
 
 With ``growing=False`` the rule is literal: Euclidean distance to the states' templates among the
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from gesturec.artifact.artifact import MachineTables
 from gesturec.runtime.chi_square import chi_square_quantile
 from gesturec.runtime.decision import Decision
+from gesturec.runtime.dwell import Ages, Row
 from gesturec.runtime.emission import Evidence, emit, personal_variance
 from gesturec.runtime.reach import Graph, Mask, reach, spread
 from gesturec.runtime.semiring import MAX_PRODUCT, Semiring
@@ -41,6 +43,8 @@ class Carried:
     allowed: Mask  # states possible after the last frame
     state: int  # the last that was supported; -1: none
     since: float  # s since then
+    row: Row | None = None  # since when it has been in sets whose time is bounded; None: not known
+    now: float = 0.0  # s since the take began
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +57,7 @@ class Nearest:
     first: Mask  # (n_state,) states in which a take may begin
     sure: float  # probability below which no state is told
     growing: bool = True
+    ages: Ages | None = None  # where the time in states is bounded
     hold: float = HOLD
 
     @property
@@ -91,8 +96,18 @@ class Nearest:
         if not self.growing:
             return self._literal_step(belief, evidence)
         allowed = reach(self.graph, belief.allowed, dt) if dt > 0 else belief.allowed
-        belief = Carried(allowed, belief.state, belief.since + dt)
+        belief = replace(belief, allowed=allowed, since=belief.since + dt, now=belief.now + dt)
+        belief = replace(belief, allowed=allowed & self._in_time(belief))
         return self._unseen(belief) if evidence is None else self._seen(belief, evidence)
+
+    def _in_time(self, belief: Carried) -> Mask:
+        """States that the bounds on the time in states let it be in; all where they leave none."""
+        every = np.ones_like(belief.allowed)
+        if self.ages is None or belief.row is None:
+            return every
+        kinds = range(len(self.ages.patterns))
+        may = np.array([self.ages.after(belief.row, kind, belief.now) is not None for kind in kinds])[self.ages.kind]
+        return may if (may & belief.allowed).any() else every
 
     def _seen(self, belief: Carried, evidence: Evidence) -> tuple[Carried, Decision]:
         fit = emit(self.tables, evidence)
@@ -119,13 +134,20 @@ class Nearest:
         if evidence.hidden and len(tied) > 1:
             return self._tied(belief, decision, reachable, tied)
         if decision.probability[best] < self.sure:
-            return self._settle(best, replace(decision, status="undecided"))
-        return self._settle(best, replace(decision, state=best, status="partial" if evidence.hidden else "ok"))
+            return self._settle(belief, best, replace(decision, status="undecided"))
+        return self._settle(belief, best, replace(decision, state=best, status="partial" if evidence.hidden else "ok"))
 
-    def _settle(self, state: int, decision: Decision) -> tuple[Carried, Decision]:
+    def _settle(self, belief: Carried, state: int, decision: Decision) -> tuple[Carried, Decision]:
         allowed = np.zeros(len(self.tables.state_names), dtype=bool)
         allowed[state] = True
-        return Carried(allowed, state, 0.0), decision
+        return Carried(allowed, state, 0.0, self._row_in(belief, state), belief.now), decision
+
+    def _row_in(self, belief: Carried, state: int) -> Row | None:
+        if self.ages is None:
+            return None
+        kind = int(self.ages.kind[state])
+        after = None if belief.row is None else self.ages.after(belief.row, kind, belief.now)
+        return self.ages.beginning(kind, belief.now) if after is None else after
 
     def _tied(
         self, belief: Carried, decision: Decision, cost: Array, tied: NDArray[np.int64]
@@ -134,7 +156,7 @@ class Nearest:
         near = cost <= cost[tied[0]] + MARGIN
         kept = belief.state if belief.since <= self.hold and belief.state in tied else -1
         status = "partial" if kept >= 0 else "any"
-        return Carried(near, belief.state, belief.since), replace(decision, state=kept, status=status)
+        return replace(belief, allowed=near), replace(decision, state=kept, status=status)
 
     def _unseen(self, belief: Carried) -> tuple[Carried, Decision]:
         count = int(belief.allowed.sum())
@@ -150,7 +172,7 @@ class Nearest:
         """Undecided for now; after `hold` seconds every state is possible again, so nothing sticks."""
         if belief.since <= self.hold:
             return belief, decision
-        return replace(belief, allowed=np.ones_like(belief.allowed), state=-1), decision
+        return replace(belief, allowed=np.ones_like(belief.allowed), state=-1, row=None), decision
 
     def _literal_step(self, belief: Carried, evidence: Evidence | None) -> tuple[Carried, Decision]:
         if evidence is None:
@@ -174,7 +196,7 @@ class Nearest:
             float((gate**2).sum()),
             int(allowed.sum()),
         )
-        return (self._settle(best, decision)) if met else (belief, decision)
+        return (self._settle(belief, best, decision)) if met else (belief, decision)
 
 
 def literal_gate(tables: MachineTables, lever: Array) -> Array:

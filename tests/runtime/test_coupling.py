@@ -1,0 +1,134 @@
+"""Machines hear each other inside the recursion: relations are remembered, what is exclusive does not move at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gesturec
+from gesturec.runtime.coupling import LEAST_ALONE, alone_weights, relation_messages, share_of
+from gesturec.runtime.relations import Relation
+
+TWO = """
+gesturec: 1
+name: two
+units: {length: mm, angle: deg}
+root:
+  name: base
+  tokens: {a: [0, 0, 0], b: [100, 0, 0], c: [0, 100, 0], d: [100, 100, 30]}
+templates:
+  arm:
+    arguments: [base]
+    chain:
+      - {joint: bend, at: $base, axis: z, levels: [0, 45, 90]}
+      - {token: tip, at: [80, 0, 0]}
+limbs:
+  one: {template: arm, base: [100, 0, 0]}
+  two: {template: arm, base: [100, 100, 0]}
+constraints:
+  - {name: behind, require: two.bend >= one.bend}
+TRANSITIONS
+poses:
+  straight: {one: {bend: 0}, two: {bend: 0}}
+  bent: {one: {bend: 90}, two: {bend: 90}}
+"""
+
+
+def compiled(tmp_path: Path, transitions: str = "") -> Any:
+    path = tmp_path / "two.yaml"
+    path.write_text(TWO.replace("TRANSITIONS", transitions))
+    return gesturec.compile_model(path)
+
+
+def frames(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """Points (n, 6, 3) of both arms at angles in degrees; NaN: hidden."""
+    root = np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0], [100, 100, 30.0]])
+    tips = [
+        np.stack([x + 80 * np.cos(np.radians(a)), y + 80 * np.sin(np.radians(a)), 0 * a], -1)
+        for a, (x, y) in ((one, (100, 0)), (two, (100, 100)))
+    ]
+    points = np.concatenate([np.tile(root, (len(one), 1, 1)), np.stack(tips, 1)], 1) / 1000
+    return points + 0.0005 * np.random.default_rng(1).standard_normal(points.shape)
+
+
+def test_messages_are_expectations_over_the_others() -> None:
+    weight = np.array([[1.0, 0.0], [0.5, 1.0]])
+    belief = [np.array([0.25, 0.75]), np.array([0.9, 0.1])]
+    first, second = relation_messages([Relation((0, 1), weight)], belief, 1.0, True)
+    np.testing.assert_allclose(first, weight @ belief[1])
+    np.testing.assert_allclose(second, belief[0] @ weight)
+    half, _ = relation_messages([Relation((0, 1), weight)], belief, 0.5, True)
+    np.testing.assert_allclose(half, np.sqrt(weight @ belief[1]))
+    best, _ = relation_messages([Relation((0, 1), weight)], belief, 1.0, False)
+    np.testing.assert_allclose(best, [0.9, 0.45])
+
+
+def test_what_the_points_contradict_is_left_out() -> None:
+    never = Relation((0, 1), np.array([[0.0, 1.0], [1.0, 1.0]]))
+    sure = [np.array([1.0, 0.0]), np.array([1.0, 0.0])]
+    assert relation_messages([never], sure, 1.0, True) == [None, None]
+
+
+def test_a_cost_is_paid_once_in_its_time_at_any_rate() -> None:
+    assert share_of(0.04) * 20 == pytest.approx(1)
+    assert share_of(0.01) * 80 == pytest.approx(1)
+    assert share_of(60.0) == 1
+
+
+@pytest.mark.parametrize("decoder", ["forward", "viterbi", "fuzzy"])
+@pytest.mark.parametrize("lag", [0.0, 0.08, "offline"])
+def test_what_one_arm_showed_is_remembered_of_the_hidden_one(tmp_path: Path, decoder: str, lag: Any) -> None:
+    """The hidden arm was carried to 90 by the seen one, and nothing says that it came back."""
+    model = compiled(tmp_path)
+    one = np.concatenate([np.zeros(8), np.linspace(0, 90, 10), np.full(10, 90.0)])
+    two = np.where(np.arange(len(one)) < 4, 0.0, np.nan)
+    session = model.session(rate=25, decoder=decoder, lag=lag, noise=0.0005, names=model.tokens)
+    steps = [session.step(p, n / 25) for n, p in enumerate(frames(one, two))] + session.finish()
+    told = [s for s in steps if s.frame_index >= 0]
+    index = list(model.states("two")).index("90")
+    start = len(model.states("one"))
+    for step in told[-4:]:
+        assert step.states["one"] is not None and step.states["one"].name == "90"
+        assert step.states["two"] is not None and step.states["two"].name == "90"
+        assert step.record is not None
+        assert step.record.probability[start + index] > 0.99
+
+
+def test_exclusive_machines_do_not_move_at_once(tmp_path: Path) -> None:
+    np.testing.assert_allclose(alone_weights((0, 2), np.array([0.9, 0.5, 0.2])), [0.8, 1, 0.1])
+    assert alone_weights((0, 1), np.ones(2)).tolist() == [LEAST_ALONE] * 2
+    one = np.concatenate([np.zeros(8), np.linspace(0, 90, 12), np.full(8, 90.0)])
+    two = np.full(len(one), np.nan)
+    two[:8] = 0
+    free = {}
+    for transitions in ("", "transitions: {exclusive: [one, two]}"):
+        model = compiled(tmp_path, transitions)
+        path = tmp_path / "two.yaml"
+        path.write_text(path.read_text().replace("two.bend >= one.bend", "two.bend >= one.bend - 90"))
+        model = gesturec.compile_model(path)
+        session = model.session(rate=25, noise=0.0005, names=model.tokens)
+        steps = [session.step(p, n / 25) for n, p in enumerate(frames(one, two))]
+        record = steps[18].record
+        assert record is not None
+        free[transitions] = float(record.probability[3])  # the hidden arm is still at 0
+    alone, shared = free["transitions: {exclusive: [one, two]}"], free[""]
+    assert alone > shared + 0.1
+
+
+@pytest.mark.parametrize("still, expected", [(1.0, 1.0), (0.4, 0.4), (0.0, LEAST_ALONE)])
+def test_a_moving_root_keeps_what_is_exclusive_with_it_still(hand: Any, still: float, expected: float) -> None:
+    from dataclasses import replace
+
+    from gesturec.runtime.body import lay_out
+    from gesturec.runtime.machines import may_move
+    from gesturec.runtime.pose import PoseEstimate
+
+    unknown = np.full(3, np.nan)
+    pose = PoseEstimate(np.eye(3), np.zeros(3), 0.0, np.eye(7), 0.0, "ok", unknown, unknown, still)
+    body = lay_out(hand, 0.04)
+    assert may_move(body, 0, pose) == expected
+    free = replace(hand, manifest=replace(hand.manifest, exclusive=()))
+    assert may_move(lay_out(free, 0.04), 0, pose) == 1.0
