@@ -14,6 +14,7 @@ from gesturec.runtime.emission import levers
 from gesturec.runtime.hanging import Route, make_route
 from gesturec.runtime.reach import Graph, machine_graph
 from gesturec.runtime.relations import Relation, relations_of
+from gesturec.runtime.rules import StepRule, rules_of
 
 Array = NDArray[np.float64]
 
@@ -47,6 +48,7 @@ class Body:
     routes: tuple[Route | None, ...]  # one a machine: the limbs that it hangs from; None: the root
     relations: tuple[Relation, ...]
     exclusive: Exclusive
+    rules: tuple[StepRule, ...]  # on steps of several machines
 
     @property
     def size(self) -> float:
@@ -104,6 +106,7 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         tuple(make_route(artifact, chain, tables) for tables in machines),
         relations_of(artifact),
         exclusive_of(artifact),
+        rules_of(artifact, chain),
     )
 
 

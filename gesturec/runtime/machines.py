@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,9 @@ from gesturec.runtime.frame import Moment
 from gesturec.runtime.hanging import hold_of, spread_by
 from gesturec.runtime.likelihood import Fit
 from gesturec.runtime.pose import PoseEstimate, is_same_pose
-from gesturec.runtime.relations import relate
+from gesturec.runtime.reach import steps_in
+from gesturec.runtime.relations import obey, relate
+from gesturec.runtime.rules import rule_messages
 from gesturec.runtime.semiring import Semiring
 from gesturec.runtime.sight import Sight
 
@@ -53,10 +55,21 @@ class Shown:
 
 
 class Heard(NamedTuple):
-    """What a machine hears of the others: weights of its states (n_state,), and of its moving."""
+    """What a machine hears of the others: weights of its states (n_state,) by relations and by steps, and of moving."""
 
     others: Array | None
+    step: Array | None
     may_move: float
+
+    @property
+    def weight(self) -> Array | None:
+        """Of its states, by all."""
+        if self.others is None or self.step is None:
+            return self.step if self.others is None else self.others
+        return self.others * self.step
+
+
+NOTHING: Final = Heard(None, None, 1.0)
 
 
 class Decided(NamedTuple):
@@ -120,31 +133,50 @@ def settle_first(
         states[machine] = decision.state
         if decision.state >= 0:
             angles[body.machines[machine].joints] = body.machines[machine].angle[decision.state]
-    after, _ = couple(body, decoders, after, window[0].moment.dt)
-    return after, relate(body.relations, decisions), angles
+    after, heard = couple(body, decoders, carried, after, window[0].moment.dt)
+    related = [obey(decision, each.step) for decision, each in zip(decisions, heard, strict=True)]
+    return after, relate(body.relations, related), angles
 
 
-def couple(body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], dt: float) -> tuple[list[Any], list[Heard]]:
+def couple(
+    body: Body, decoders: Sequence[Decoder], before: Sequence[Any], carried: Sequence[Any], dt: float
+) -> tuple[list[Any], list[Heard]]:
     """What machines carry after a frame, having heard what is believed of each other; and what each heard."""
-    nothing = [Heard(None, 1.0)] * len(decoders)
-    if not (body.relations or body.exclusive.one_of):
-        return list(carried), nothing
     told = [decoder.believed(each) for decoder, each in zip(decoders, carried, strict=True)]
     known = [each for each in told if each is not None]
-    if len(known) < len(told):
-        return list(carried), nothing
-    ring = decoders[0].ring
+    if not is_coupled(body) or len(known) < len(told):
+        return list(carried), [NOTHING] * len(decoders)
+    ring, states = decoders[0].ring, [own for own, _ in known]
     share = share_of(dt) if dt > 0 and ring.multiplies else 1.0  # a first frame says all of it
-    messages = relation_messages(body.relations, [states for states, _ in known], share, ring.sums)
+    others = relation_messages(body.relations, states, share, ring.sums)
+    steps = _step_messages(body, decoders, before, states, dt)
     alone = alone_weights(body.exclusive.one_of, np.array([moving for _, moving in known]))
-    heard = [Heard(others, float(weight)) for others, weight in zip(messages, alone, strict=True)]
-    return [d.hear(c, *h) for d, c, h in zip(decoders, carried, heard, strict=True)], heard
+    heard = [Heard(*each) for each in zip(others, steps, alone.tolist(), strict=True)]
+    after = [d.hear(c, h.weight, h.may_move) for d, c, h in zip(decoders, carried, heard, strict=True)]
+    return after, heard
+
+
+def _step_messages(
+    body: Body, decoders: Sequence[Decoder], before: Sequence[Any], after: Sequence[Array], dt: float
+) -> list[Array | None]:
+    """Weights by the rules on one step; none where there was no frame before, or time for more than a step."""
+    told = [decoder.believed(each) for decoder, each in zip(decoders, before, strict=True)]
+    known = [each[0] for each in told if each is not None]
+    asked = [rule for rule in body.rules if all(steps_in(body.graphs[m], dt) == 1 for m in rule.machines)]
+    if not asked or len(known) < len(told):
+        return [None] * len(after)
+    return rule_messages(body.artifact, body.chain, asked, known, after)
+
+
+def is_coupled(body: Body) -> bool:
+    """Whether machines have anything to say to each other."""
+    return bool(body.relations or body.exclusive.one_of or body.rules)
 
 
 def settle_all(body: Body, decoders: Sequence[Decoder], window: Sequence[Shown]) -> list[list[Decision]]:
     """Decide every frame of a take in the light of all of it: for each frame its machines' decisions."""
     columns, sights = _smooth_columns(body, decoders, window)
-    if body.relations or body.exclusive.one_of:
+    if is_coupled(body):
         heard = _hear_all(body, decoders, window, sights)
         columns = [
             decoder.smooth([_having_heard(s, h) for s, h in zip(own, column, strict=True)])
@@ -173,7 +205,7 @@ def _smooth_columns(
             last = tables.angle[decision.state] if decision.state >= 0 else last
             angles[n, tables.joints] = last
         columns.append(column)
-        kept.append(sights if body.relations or body.exclusive.one_of else [])
+        kept.append(sights if is_coupled(body) else [])
     return columns, kept
 
 
@@ -184,10 +216,10 @@ def _hear_all(
     carried, heard = [decoder.start() for decoder in decoders], []
     for n, shown in enumerate(window):
         after = [d.settle(c, [own[n]])[0] for d, c, own in zip(decoders, carried, sights, strict=True)]
-        carried, told = couple(body, decoders, after, shown.moment.dt)
+        carried, told = couple(body, decoders, carried, after, shown.moment.dt)
         heard.append(told)
     return heard
 
 
 def _having_heard(sight: Sight, heard: Heard) -> Sight:
-    return sight._replace(others=heard.others, may_move=sight.may_move * heard.may_move)
+    return sight._replace(others=heard.weight, may_move=sight.may_move * heard.may_move)

@@ -1,9 +1,10 @@
 """Relations across machines: what one machine's state says of another's, in one frame.
 
-In: every machine's decision. Out: the same with the relations' costs brought in. For each relation the
-joint posterior ``p_a p_b ... e^-cost`` is formed over the machines that it names alone, and given back to
-each as its marginal; the decided states are those of the best joint one. Where a relation forbids all that
-is possible, it is left out of that frame: the points contradict the author, and the points were there.
+In: every machine's decision. Out: decisions that together obey the relations. Costs have been heard in the recursion
+(`coupling`), but each machine for itself; here, for each relation, the joint posterior is formed over the machines
+that it names: the decided states are those of the best joint one, costs included, and each machine's probabilities
+are the joint one's marginals with what is forbidden left out. Where a relation forbids all that is possible, it is
+left out of that frame: the points contradict the author, and the points were there.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.arrays import Array
-from gesturec.runtime.decision import Decision, credible_set
+from gesturec.runtime.decision import Decision, credible_set, most_probable
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,19 +48,33 @@ def relate(relations: Sequence[Relation], decisions: Sequence[Decision]) -> list
     """Decisions that obey the relations, as far as the points let them."""
     related = list(decisions)
     for relation in relations:
-        joint = relation.weight
-        for axis, machine in enumerate(relation.machines):
-            shape = [1] * joint.ndim
-            shape[axis] = -1
-            joint = joint * related[machine].probability.reshape(shape)
+        joint = _joint((relation.weight > 0).astype(float), relation, related)
         total = float(joint.sum())
         if not total > 0:
             continue
-        best = np.unravel_index(int(joint.argmax()), joint.shape)
+        best = np.unravel_index(int(_joint(relation.weight, relation, related).argmax()), joint.shape)
         for axis, machine in enumerate(relation.machines):
             marginal = joint.sum(tuple(a for a in range(joint.ndim) if a != axis)) / total
             related[machine] = _with(related[machine], marginal, int(best[axis]))
     return related
+
+
+def _joint(weight: Array, relation: Relation, decisions: Sequence[Decision]) -> Array:
+    """Weights times the probabilities of every machine that a relation names."""
+    for axis, machine in enumerate(relation.machines):
+        shape = [1] * weight.ndim
+        shape[axis] = -1
+        weight = weight * decisions[machine].probability.reshape(shape)
+    return weight
+
+
+def obey(decision: Decision, weight: Array | None) -> Decision:
+    """A decision with its states weighed, (n_state,); as it is where that leaves none."""
+    if weight is None or not float((decision.probability * weight).sum()) > 0:
+        return decision
+    probability = decision.probability * weight
+    probability /= probability.sum()
+    return _with(decision, probability, most_probable(probability))
 
 
 def _with(decision: Decision, probability: Array, state: int) -> Decision:

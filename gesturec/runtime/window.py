@@ -122,10 +122,11 @@ class WindowDecoder:
             mass = self.ages.lift(np.broadcast_to(mass, (link.max() + 1, mass.shape[-1])), link)
         return np.asarray(chain.backward(mass, sight.dt))
 
-    def believed(self, carried: Carried) -> tuple[Array, float]:
-        """Probability of each state (over a maximum: its possibility), and of moving, as carried on."""
+    def believed(self, carried: Carried) -> tuple[Array, float] | None:
+        """Probability of each state (over a maximum: its possibility), and of moving; None before the first frame."""
         chain, belief = self.chain, carried.belief
-        assert belief is not None
+        if belief is None:
+            return None
         rows = belief.aged.mass
         states, moving = self.states(belief, None), rows[:, chain.is_moving]
         if chain.ring.sums:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,8 +10,12 @@ import numpy as np
 import pytest
 
 import gesturec
+from gesturec.runtime.body import lay_out
 from gesturec.runtime.coupling import LEAST_ALONE, alone_weights, relation_messages, share_of
+from gesturec.runtime.machines import may_move
+from gesturec.runtime.pose import PoseEstimate
 from gesturec.runtime.relations import Relation
+from gesturec.runtime.rules import rule_messages
 
 TWO = """
 gesturec: 1
@@ -120,15 +125,58 @@ def test_exclusive_machines_do_not_move_at_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("still, expected", [(1.0, 1.0), (0.4, 0.4), (0.0, LEAST_ALONE)])
 def test_a_moving_root_keeps_what_is_exclusive_with_it_still(hand: Any, still: float, expected: float) -> None:
-    from dataclasses import replace
-
-    from gesturec.runtime.body import lay_out
-    from gesturec.runtime.machines import may_move
-    from gesturec.runtime.pose import PoseEstimate
-
     unknown = np.full(3, np.nan)
     pose = PoseEstimate(np.eye(3), np.zeros(3), 0.0, np.eye(7), 0.0, "ok", unknown, unknown, still)
     body = lay_out(hand, 0.04)
     assert may_move(body, 0, pose) == expected
     free = replace(hand, manifest=replace(hand.manifest, exclusive=()))
     assert may_move(lay_out(free, 0.04), 0, pose) == 1.0
+
+
+def test_a_rule_of_two_machines_weighs_their_steps(tmp_path: Path) -> None:
+    """`never_both`: no step may change both arms. One is seen to move; the other, hidden, then stays."""
+    both = "prev.one.bend != next.one.bend and prev.two.bend != next.two.bend"
+    rule = f"transitions: {{rules: [{{name: never_both, forbid: {both}}}]}}"
+    artifact = compiled(tmp_path, rule).artifact
+    body = lay_out(artifact, 0.04)
+    assert [r.machines for r in body.rules] == [(0, 1)]
+    before = [np.array([1.0, 0, 0]), np.array([0.5, 0.5, 0])]
+    after = [np.array([0.2, 0.8, 0]), np.array([0.3, 0.3, 0.4])]
+    one, two = rule_messages(artifact, body.chain, body.rules, before, after)
+    stays = 0.5 * 0.3 + 0.5 * 0.3  # that the other did not change
+    np.testing.assert_allclose(one[:2], [1, stays])
+    np.testing.assert_allclose(two, [0.2 + 0.8 * 0.5, 0.2 + 0.8 * 0.5, 0.2])
+
+
+@pytest.mark.parametrize("lag", [0.0, "offline"])
+def test_rules_of_several_machines_act_in_a_session(tmp_path: Path, lag: Any) -> None:
+    rule = "transitions: {rules: [{name: stuck, forbid: next.two.bend != prev.two.bend and next.one.bend >= 0}]}"
+    one, two = np.zeros(30), np.where(np.arange(30) < 5, 0.0, np.nan)
+    share = {}
+    for transitions in ("", rule):
+        model = compiled(tmp_path, transitions)
+        session = model.session(rate=25, noise=0.0005, names=model.tokens, lag=lag)
+        steps = [session.step(p, n / 25) for n, p in enumerate(frames(one, two))] + session.finish()
+        record = [s.record for s in steps if s.record is not None][-1]
+        share[transitions] = float(record.probability[3])
+    assert share[""] < 0.9
+    assert share[rule] > 0.98
+
+
+@pytest.mark.parametrize("decoder", ["forward", "viterbi", "fuzzy", "nearest"])
+@pytest.mark.parametrize("rate", [25, 100])
+def test_states_that_cost_are_less_believed_where_nothing_is_seen(tmp_path: Path, decoder: str, rate: int) -> None:
+    path = tmp_path / "one.yaml"
+    text = TWO.replace("TRANSITIONS", "").replace("require: two.bend >= one.bend", "prefer: one.bend >= 45, cost: 3")
+    path.write_text(text)
+    model = gesturec.compile_model(path)
+    frame = frames(np.array([np.nan]), np.array([0.0]))[0]
+    frame[4] = np.nan
+    session = model.session(rate=rate, decoder=decoder, noise=0.0005, names=model.tokens)
+    steps = [session.step(frame, n / rate) for n in range(2 * rate)]
+    assert steps[-1].record is not None
+    bent, straight = (steps[-1].record.probability[s] for s in (1, 0))
+    if decoder == "nearest":  # looks at costs only where it looks at states at all
+        assert bent == straight
+    else:
+        assert bent > 3 * straight

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gesturec.runtime.decision import Decision, credible_set, most_probable
-from gesturec.runtime.relations import Relation, relate
+from gesturec.runtime.relations import Relation, obey, relate
 
 
 def decided(*probability: float) -> Decision:
@@ -22,12 +22,18 @@ def test_a_forbidden_pair_gives_way_to_the_best_allowed_one() -> None:
     np.testing.assert_allclose(second.probability, [0.06 / 0.46, 0.40 / 0.46])
 
 
-def test_a_cost_weighs_and_an_undecided_machine_stays_so() -> None:
+def test_a_cost_chooses_the_pair_and_an_undecided_machine_stays_so() -> None:
     weight = np.exp(-np.array([[2.0, 0.0], [0.0, 0.0]]))
     lost = Decision(-1, np.array([0.5, 0.5]), np.array([0, 1]), "any", 0, np.nan, np.nan, 2)
-    first, second = relate([Relation((0, 1), weight)], [decided(0.5, 0.5), lost])
-    assert second.state == -1
-    assert first.probability[1] > first.probability[0]
+    first, second = relate([Relation((0, 1), weight)], [decided(0.6, 0.4), lost])
+    assert (first.state, second.state) == (0, -1)  # pairs 00 0.04, 01 0.30, 10 0.20, 11 0.20
+    np.testing.assert_allclose(first.probability, [0.6, 0.4])  # what a cost says of one, it was told in the recursion
+
+
+def test_a_step_that_is_ruled_out_changes_the_decision_unless_nothing_is_left() -> None:
+    assert obey(decided(0.7, 0.3), np.array([0.1, 1.0])).state == 1
+    assert obey(decided(1.0, 0.0), np.array([0.0, 1.0])).state == 0
+    assert obey(decided(0.7, 0.3), None).state == 0
 
 
 def test_what_forbids_everything_is_left_out() -> None:
