@@ -25,7 +25,7 @@ STATUSES: Final = (
     Status("undecided", "what is seen of some machine fits states that cannot be told apart surely, or be reached yet"),
     Status("partly-misfit", "tokens of some machine, not of most, fit no state of it; the others are as they say"),
     Status("misfit", "a machine's tokens fit no state; of a frame, most machines': another body or hand, wrong points"),
-    Status("lost", "some machine was not supported for longer than `patience`: every state is possible again"),
+    Status("lost", "some machine was not seen or not supported for over 1 s, and nearly every state is possible again"),
     Status("pose-held", "fewer than three root tokens: the last pose is carried on"),
     Status("pose-unknown", "no pose: too few root tokens, or too far apart in time"),
     Status("no-tokens", "nothing that the model knows was seen in this frame"),

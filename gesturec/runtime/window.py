@@ -35,6 +35,8 @@ MISFIT_PROBABILITY: Final = 0.999
 DOUBT_PROBABILITY: Final = 0.99  # quantile of a limb's own fit beyond which some token may be an outlier
 MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
 MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
+PATIENCE: Final = 1.0  # s unseen after which a machine may count as lost; 19 of 20 hidden bursts are shorter
+FORGOTTEN: Final = 0.25  # probability of the best state below which what was believed is forgotten
 CHECKPOINT: Final = 64  # frames between beliefs that are kept when a whole take is smoothed
 ROWLESS: Final = (Row(0, (), ()),)  # of a belief in which no time is bounded: one row
 
@@ -237,7 +239,7 @@ class WindowDecoder:
                 float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
             )
         state, candidates = most_probable(final), credible_set(final)
-        status = self._status(now, misfit, final)
+        status = self._status(now, misfit, unseen, final)
         decided = status in ("ok", "partial", "coasting")
         seen = 0 if now.evidence is None else int(now.evidence.seen.sum())
         decision = Decision(
@@ -245,8 +247,11 @@ class WindowDecoder:
         )
         return Carried(belief, misfit, unseen), decision
 
-    def _status(self, now: Sight, misfit: float, posterior: Array) -> str:
+    def _status(self, now: Sight, misfit: float, unseen: float, posterior: Array) -> str:
         if now.evidence is None:
+            # the best path stays where it was last seen and does not tell how much was forgotten since
+            if unseen > PATIENCE and (not self.ring.sums or posterior.max() < FORGOTTEN):
+                return "lost"
             return "any" if posterior.max() < self.sure else "coasting"
         if misfit > MISFIT_SHARE:
             return "misfit"

@@ -48,3 +48,18 @@ def test_one_limb_that_fits_nothing_is_told_as_that() -> None:
     decoding = gesturec.decode(model, replace(take, points=points), noise=0.001)
     assert {STATUSES[status].name for status in decoding.status[10:]} == {"partly-misfit"}
     assert (decoding.state[10:, :4] >= 0).all()
+
+
+def test_a_limb_that_is_hidden_for_long_is_lost_and_found_again() -> None:
+    model = gesturec.load("hand")
+    take = simulate(model.artifact, SimulateOptions(("flat", "flat"), duration=12, noise=0.001, seed=4)).recording
+    points = take.points.copy()
+    index = [take.names.index(name) for name in take.names if name.startswith("index.")]
+    points[25:250, index] = np.nan
+    for decoder in ("forward", "viterbi", "nearest"):
+        decoding = gesturec.decode(model, replace(take, points=points), noise=0.001, decoder=decoder)
+        words = [why["index"].status for why in decoding.why]
+        assert words[26:35] == ["coasting"] * 9
+        assert set(words[200:250]) == {"lost"}
+        assert (decoding.state[200:250, 0] == -1).all()
+        assert set(words[255:]) == {"ok"}
