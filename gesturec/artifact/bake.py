@@ -1,7 +1,7 @@
 """Token tables from the chain: made by the compiler, and made anew for a person without it.
 
 In: a chain, states' joint values and cells. Out: templates and moments. `rebake` gives a whole artifact for a
-body of another size or other lengths, or a lattice of another fineness. States, transitions and whatever the
+body of another size or other lengths. States, transitions and whatever the
 compiler found true of a state stay what they were: a person's lengths move the tokens, not the model.
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +25,6 @@ from gesturec.artifact.kinematics import (
     joints_between,
     points_in,
 )
-from gesturec.artifact.lattice import refine
 from gesturec.artifact.moments import Moments, Spread, cell_moments
 from gesturec.artifact.validate import validate
 
@@ -74,7 +72,6 @@ def rebake(
     scale: float | None = None,
     joint_at: Mapping[str, ArrayLike] | None = None,
     token_at: Mapping[str, ArrayLike] | None = None,
-    refinement: int | None = None,
     joint_rest: Mapping[str, ArrayLike] | None = None,
 ) -> Artifact:
     """The artifact for another body of the same model.
@@ -88,8 +85,6 @@ def rebake(
     joint_at, token_at
         Places of joints in their parents' frames and of tokens in their parts', by full name, m, of the body at
         scale 1.
-    refinement
-        Parts of the fine lattice a level; None keeps the lattice.
     joint_rest
         Rest rotations (3, 3) of joints in their parents' frames, by full name.
 
@@ -110,8 +105,6 @@ def rebake(
     _place(columns["joint_at"], manifest.joints, joint_at or {}, size)
     _place(columns["token_at"], manifest.tokens, token_at or {}, size)
     _place(columns["joint_rest"], manifest.joints, joint_rest or {}, 1.0)
-    if refinement is not None:
-        columns.update(_refined(columns, refinement))
     chain = chain_of(columns)
     for machine, tables in enumerate(artifact.machines()):
         _bake_machine(columns, chain, machine, tables)
@@ -138,9 +131,6 @@ def _grow(columns: dict[str, Array], factor: float) -> None:
         start, count = columns["joint_level_start"][joint], columns["joint_level_count"][joint]
         for name in LEVEL_VALUES:
             columns[name][start : start + count] *= factor
-        start, count = columns["joint_fine_start"][joint], columns["joint_fine_count"][joint]
-        for name in ("fine_value", "fine_low", "fine_high"):
-            columns[name][start : start + count] *= factor
     for machine in range(len(columns["machine_kind"])):
         for name in ("state_angle", "state_low", "state_high"):
             joints, block = _angle_block(columns, machine, name)
@@ -160,24 +150,6 @@ def _place(at: Array, names: Sequence[str], given: Mapping[str, ArrayLike], size
         if name not in names:
             raise ValueError(f"the model has no `{name}`")
         at[names.index(name)] = np.asarray(place, float) * size
-
-
-def _refined(columns: Mapping[str, Array], refinement: int) -> dict[str, Array]:
-    """The fine lattice anew, with `refinement` parts a level."""
-    if refinement < 1:
-        raise ValueError("a level has at least one part")
-    counts, parts = [], []
-    for start, count in zip(columns["joint_level_start"], columns["joint_level_count"], strict=True):
-        value, low, high = (columns[name][start : start + count] for name in LEVEL_VALUES)
-        parts.append(refine(value, low, high, refinement) if count else None)
-        counts.append(len(parts[-1].level) if parts[-1] is not None else 0)
-    kept = [part for part in parts if part is not None]
-    joined: dict[str, Any] = {
-        f"fine_{field}": np.concatenate([np.zeros(0), *(getattr(part, field) for part in kept)])
-        for field in ("level", "value", "low", "high")
-    }
-    starts = np.cumsum([0, *counts])[:-1]
-    return {**joined, "joint_fine_start": starts, "joint_fine_count": np.array(counts)}
 
 
 def _bake_machine(columns: dict[str, Array], chain: Chain, machine: int, tables: MachineTables) -> None:

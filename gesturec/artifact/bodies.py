@@ -21,7 +21,6 @@ from gesturec.artifact.programs import CODES, OF_BODY, OPS, pack_limbs, unpack_l
 # columns that say where a block begins, and the size of what it is in
 STARTS: Final = {
     "joint_level_start": "n_level",
-    "joint_fine_start": "n_fine",
     "machine_joint_start": "n_machine_joint",
     "machine_token_start": "n_machine_token",
     "machine_state_start": "n_state",
@@ -74,7 +73,6 @@ def _kept(artifact: Artifact, body: Mapping[str, Any]) -> Kept:
     joints, machines = kept["n_joint"], kept["n_machine"]
     kept["n_segment"] = np.concatenate([[0], joints + 1])
     kept["n_level"] = _blocks(columns, "joint_level", joints)
-    kept["n_fine"] = _blocks(columns, "joint_fine", joints)
     kept["n_machine_joint"] = _blocks(columns, "machine_joint", machines)
     kept["n_machine_token"] = _blocks(columns, "machine_token", machines)
     kept["n_state"] = _blocks(columns, "machine_state", machines)

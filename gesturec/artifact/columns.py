@@ -64,13 +64,6 @@ COLUMNS: Final = (
     Column("level_value", "f8", ("n_level",), "rad or m, rising within a joint"),
     Column("level_low", "f8", ("n_level",), "lower edge of the level's cell"),
     Column("level_high", "f8", ("n_level",), "upper edge of the level's cell"),
-    # the fine lattice: each level's cell cut into parts
-    Column("joint_fine_start", "i4", ("n_joint",), "first part"),
-    Column("joint_fine_count", "i4", ("n_joint",), "parts; 0 unless quantised"),
-    Column("fine_level", "i4", ("n_fine",), "level of the same joint, counted from 0"),
-    Column("fine_value", "f8", ("n_fine",), "middle of the part, rad or m"),
-    Column("fine_low", "f8", ("n_fine",), "lower edge"),
-    Column("fine_high", "f8", ("n_fine",), "upper edge"),
     # tokens
     Column("token_segment", "i4", ("n_token",), "segment that carries the token", "n_segment"),
     Column("token_machine", "i4", ("n_token",), "machine that moves it; -1: fixed on the root", "n_machine", -1),

@@ -26,12 +26,12 @@ QUANTISED: Final = VALUE_SOURCES.index("quantised")
 BLOCK: Final = 1 << 20  # numbers of covariances that are looked at together
 SINGULAR: Final = 1e-12  # of a matrix's largest entry: the rounding of what expansion computes is 1e-15
 LEAST_VARIANCE: Final = 1e-18  # m^2: a nanometre, for covariances of zero
+SLIVER: Final = 1e-9  # of a joint's largest value: rounding of where two cells meet
 ROWS: Final = 1 << 14  # rows of transitions that are looked at together, to need little memory besides
 
 # (owner's start, owner's count, size that its ranges stay below)
 RANGES: Final = (
     ("joint_level_start", "joint_level_count", "n_level"),
-    ("joint_fine_start", "joint_fine_count", "n_fine"),
     ("machine_joint_start", "machine_joint_count", "n_machine_joint"),
     ("machine_token_start", "machine_token_count", "n_machine_token"),
     ("machine_state_start", "machine_state_count", "n_state"),
@@ -112,17 +112,14 @@ def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
         ends = columns[start].astype(np.int64) + columns[count]
         require((ends <= sizes[size]).all(), f"`{start}` and `{count}` reach beyond {size}")
     quantised = columns["joint_source"] == QUANTISED
-    for count in ("joint_level_count", "joint_fine_count"):
-        require(((columns[count] > 0) == quantised).all(), f"`{count}` is not that of the quantised joints alone")
-    for array, start, count in (
-        ("level_value", "joint_level_start", "joint_level_count"),
-        ("fine_low", "joint_fine_start", "joint_fine_count"),
-    ):
-        require(_rises_in_ranges(columns[array], columns[start], columns[count]), f"`{array}` does not rise")
+    n_level = columns["joint_level_count"]
+    require(((n_level > 0) == quantised).all(), "`joint_level_count` is not that of the quantised joints alone")
+    rises = _rises_in_ranges(columns["level_value"], columns["joint_level_start"], n_level)
+    require(rises, "`level_value` does not rise")
+    _check_cells(columns)
     states = columns["machine_state_start"].astype(np.int64) + columns["machine_state_count"]
     require(np.array_equal(columns["machine_state_start"], np.r_[0, states[:-1]][: len(states)]), "states have gaps")
     require((states[-1] if len(states) else 0) == sizes["n_state"], "there are states of no machine")
-    _check_fine_levels(columns)
     _check_parents(columns)
     _check_sets(columns)
 
@@ -131,11 +128,15 @@ def _rises_in_ranges(values: Array, starts: Array, counts: Array) -> bool:
     return all(np.all(np.diff(values[start : start + count]) > 0) for start, count in zip(starts, counts, strict=True))
 
 
-def _check_fine_levels(columns: Columns) -> None:
-    for joint, (start, count) in enumerate(zip(columns["joint_fine_start"], columns["joint_fine_count"], strict=True)):
-        levels = columns["fine_level"][start : start + count]
-        whole = np.arange(columns["joint_level_count"][joint])
-        require(np.array_equal(np.unique(levels), whole), "`fine_level` has not a part of every level")
+def _check_cells(columns: Columns) -> None:
+    """Every level is in its cell; cells of several levels have a width, and come one after the other."""
+    for start, count in zip(columns["joint_level_start"], columns["joint_level_count"], strict=True):
+        value, low, high = (columns[f"level_{what}"][start : start + count] for what in ("value", "low", "high"))
+        rounding = SLIVER * max(1.0, float(np.abs(value).max(initial=0)))
+        is_inside = (low - rounding <= value) & (value <= high + rounding)
+        require(bool(is_inside.all()), "`level_value` is not in its cell")
+        apart = count < 2 or bool((high - low > 2 * rounding).all() and (low[1:] >= high[:-1] - rounding).all())
+        require(apart, "`level_low` and `level_high` overlap")
 
 
 def _check_parents(columns: Columns) -> None:

@@ -1,4 +1,4 @@
-"""The lowered body as columns: limbs, joints, levels, the fine lattice, tokens.
+"""The lowered body as columns: limbs, joints, levels, tokens.
 
 In: `LoweredModel`. Out: the columns of these tables, filled. A token of a limb without a machine moves with
 the first machine inwards of it, and is fixed on the root where there is none.
@@ -13,13 +13,12 @@ import numpy as np
 
 from gesturec.artifact.artifact import Array
 from gesturec.artifact.columns import JOINT_TYPES, VALUE_SOURCES
-from gesturec.artifact.lattice import REFINEMENT, Lattice, refine
 from gesturec.lowering.lowered import LoweredJoint, LoweredModel
 
 
 def chain_columns(model: LoweredModel) -> dict[str, Array]:
-    """Columns of limbs, joints, levels, fine parts and tokens; `joint_program` is left to the programs."""
-    return {**_limbs(model), **_joints(model), **_levels(model), **_fine(model), **_tokens(model)}
+    """Columns of limbs, joints, levels and tokens; `joint_program` is left to the programs."""
+    return {**_limbs(model), **_joints(model), **_levels(model), **_tokens(model)}
 
 
 def machine_of_joint(model: LoweredModel) -> list[int]:
@@ -86,30 +85,6 @@ def _levels(model: LoweredModel) -> dict[str, Array]:
         "level_low": _column((level.low for level in levels), "f8"),
         "level_high": _column((level.high for level in levels), "f8"),
     }
-
-
-def _fine(model: LoweredModel) -> dict[str, Array]:
-    lattices = [_lattice(joint) for joint in model.joints]
-    return fine_columns(lattices)
-
-
-def fine_columns(lattices: list[Lattice]) -> dict[str, Array]:
-    """The lattices of all joints as columns."""
-    counts = [len(lattice.level) for lattice in lattices]
-    joined = {
-        f"fine_{name}": np.concatenate([np.zeros(0), *(getattr(lattice, name) for lattice in lattices)])
-        for name in Lattice._fields
-    }
-    joined["fine_level"] = joined["fine_level"].astype("i4")
-    return {"joint_fine_start": starts_of(counts), "joint_fine_count": _column(counts, "i4"), **joined}
-
-
-def _lattice(joint: LoweredJoint) -> Lattice:
-    empty = np.zeros(0)
-    if not joint.levels:
-        return Lattice(empty.astype("i4"), empty, empty, empty)
-    value, low, high = (np.array([getattr(level, name) for level in joint.levels]) for name in ("value", "low", "high"))
-    return refine(value, low, high, REFINEMENT)
 
 
 def _tokens(model: LoweredModel) -> dict[str, Array]:

@@ -54,6 +54,7 @@ class BodiesSession(Session):
         self.body = lay_out(artifact, self.options.period)
         self.plan = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
         self.counts: Counter[str] = Counter()
+        self.cells = {}
         bodies = artifact.manifest.bodies
         own = {**options, "bind": None, "names": None}
         self.parts = [PartSession(part, **_started(own, part, artifact)) for part in body_artifacts(artifact)]
@@ -68,6 +69,7 @@ class BodiesSession(Session):
         for part, run in zip(self.parts, self._tokens, strict=True):
             part._take(Points(points.measured[run], points.covariance[run], points.bound[run]), time)
         self._memory = self.parts[0]._memory
+        self.cells = {name: count for part in self.parts for name, count in part.cells.items()}
         self.noise = float(np.sqrt(np.mean([part.noise**2 for part in self.parts])))
 
     def _settle(self) -> Step:

@@ -137,6 +137,7 @@ def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
         "frames": len(steps),
         "binding": session.binding,
         "noise": session.noise,
+        "cells": dict(session.cells),
         "up": session.up,
         "unmatched": list(session.plan.unmatched) if session.plan else [],
         "ignored_points": list(session.plan.ignored) if session.plan else [],

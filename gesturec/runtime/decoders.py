@@ -22,20 +22,21 @@ from gesturec.runtime.starting import start_masks
 from gesturec.runtime.window import WindowDecoder
 
 
-def make_decoders(body: Body, options: Options) -> tuple[Decoder, ...]:
-    """One decoder a machine."""
+def make_decoders(body: Body, options: Options, noise: float) -> tuple[Decoder, ...]:
+    """One decoder a machine, for tokens measured with a standard deviation of `noise`, m."""
     firsts = start_masks(body.artifact, options.start)
     if options.decoder == "nearest":
         return tuple(
             Nearest(tables, graph, lever, first, options.sure, options.growing, _ages(body, tables, None, MAX_PRODUCT))
             for tables, graph, lever, first in zip(body.machines, body.graphs, body.levers, firsts, strict=True)
         )
-    return tuple(_window_decoder(body, machine, first, options) for machine, first in enumerate(firsts))
+    return tuple(_window_decoder(body, machine, first, options, noise) for machine, first in enumerate(firsts))
 
 
-def _window_decoder(body: Body, machine: int, first: Mask, options: Options) -> WindowDecoder:
+def _window_decoder(body: Body, machine: int, first: Mask, options: Options, noise: float) -> WindowDecoder:
     tables, graph, ring = body.machines[machine], body.graphs[machine], SEMIRINGS[options.decoder]
-    lattice = machine_lattice(body.artifact, body.chain, tables)
+    lever = float(body.levers[machine].max(initial=0.0))
+    lattice = machine_lattice(body.artifact, body.chain, tables, lever, noise)
     chain = _chain(lattice, tables, graph, ring)
     ages = _ages(body, tables, chain.state, ring)
     tracer = _chain(lattice, tables, graph, TRACED) if options.decoder == "viterbi" else None

@@ -1,12 +1,13 @@
 """A machine's fine cells: what its belief is a function of.
 
-In: a machine's tables and the parts into which the artifact cuts each level's cell. Out: `Lattice`, the
-product of the free joints' parts with token moments of every cell, and the state that each lies in. A
-machine that is no plain grid, or would have more than `MOST_CELLS`, has its own states for cells.
+In: a machine's tables, and how noisy its tokens are. Out: `Lattice`, the product of the free joints' parts with
+token moments of every cell, and the state that each lies in. A machine that is no plain grid, or has more than
+`MOST_CELLS` states, has its own states for cells.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -15,11 +16,13 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.columns import VALUE_SOURCES
-from gesturec.artifact.kinematics import COUPLED, FIXED, Chain
+from gesturec.artifact.kinematics import COUPLED, FIXED, SLIDE, Chain
 from gesturec.artifact.moments import Spread, cell_moments
+from gesturec.runtime.refinement import refine, worth_parts
 
 Array = NDArray[np.float64]
 MOST_CELLS: Final = 20_000  # of one machine: above, its token moments alone would take tens of MB
+MOST_FINE: Final = 5_000  # of a machine that is cut finer than its states: a frame's time grows with them
 MOST_PARTS: Final = 16  # sets of tokens whose moments are kept apart
 QUANTISED: Final = VALUE_SOURCES.index("quantised")
 
@@ -93,10 +96,13 @@ class Lattice:
         return tuple(len(axis.low) for axis in self.axes) or (len(self.state),)
 
 
-def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables) -> Lattice:
-    """Fine cells where the machine is a plain grid of moderate size, else its states."""
-    axes = _axes(artifact, tables)
-    if not axes or np.prod([len(a.low) for a in axes]) > MOST_CELLS:
+def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, lever: float, noise: float) -> Lattice:
+    """Fine cells where the machine is a plain grid of moderate size, else its states.
+
+    `lever` is how far out its farthest token is, m, and `noise` a token's standard deviation, m.
+    """
+    axes = _axes(artifact, tables, lever, noise)
+    if not axes or math.prod(len(a.low) for a in axes) > MOST_CELLS:
         volume = np.full(len(tables.state_names), 1 / len(tables.state_names))
         return _lattice((), np.arange(len(volume)), volume, tables.mean, tables.covariance, len(volume))
     free = [int(j) for j in tables.joints if artifact.columns["joint_source"][j] == QUANTISED]
@@ -124,7 +130,7 @@ def _lattice(
     return Lattice(axes, state, volume, mean.reshape(n_cell, -1), covariance, spread, max(reach, 1e-6), n_state)
 
 
-def _axes(artifact: Artifact, tables: MachineTables) -> tuple[Axis, ...]:
+def _axes(artifact: Artifact, tables: MachineTables, lever: float, noise: float) -> tuple[Axis, ...]:
     """The free joints' parts; empty where the machine is no plain grid."""
     columns = artifact.columns
     source = columns["joint_source"][tables.joints]
@@ -135,7 +141,28 @@ def _axes(artifact: Artifact, tables: MachineTables) -> tuple[Axis, ...]:
     )
     if not plain or not _is_product(tables, columns["joint_source"]):
         return ()
-    return tuple(_axis(artifact, int(j)) for j in tables.joints[source == QUANTISED])
+    joints = [int(j) for j in tables.joints[source == QUANTISED]]
+    steps = [_step(artifact, joint, lever) for joint in joints]
+    axes: tuple[Axis, ...] = ()
+    for parts in worth_parts(max(steps, default=0.0), noise):
+        axes = tuple(_axis(artifact, joint, parts) for joint in joints)
+        if math.prod(len(axis.low) for axis in axes) <= MOST_FINE:
+            break
+    return axes
+
+
+def _step(artifact: Artifact, joint: int, lever: float) -> float:
+    """How far a token goes between neighbouring levels of a joint, m."""
+    gap = float(np.diff(_levels_of(artifact, joint, "value")).min(initial=np.inf))
+    if not np.isfinite(gap):
+        return 0.0
+    return gap if artifact.columns["joint_type"][joint] == SLIDE else gap * lever
+
+
+def _levels_of(artifact: Artifact, joint: int, what: str) -> Array:
+    """Values, or edges of the cells, of a joint's levels."""
+    start, count = (int(artifact.columns[f"joint_level_{k}"][joint]) for k in ("start", "count"))
+    return np.asarray(artifact.columns[f"level_{what}"][start : start + count])
 
 
 def _is_product(tables: MachineTables, source: NDArray[np.int32]) -> bool:
@@ -158,15 +185,10 @@ def _levels(tables: MachineTables, source: NDArray[np.int32]) -> NDArray[np.int6
     return np.stack([np.unique(v, return_inverse=True)[1] for v in tables.angle[:, free].T], -1).astype(np.int64)
 
 
-def _axis(artifact: Artifact, joint: int) -> Axis:
-    columns = artifact.columns
-    start, count = int(columns["joint_fine_start"][joint]), int(columns["joint_fine_count"][joint])
-    parts = slice(start, start + count)
-    low, high = np.asarray(columns["fine_low"][parts]), np.asarray(columns["fine_high"][parts])
-    level = np.asarray(columns["fine_level"][parts]).astype(np.int64)
-    first, levels = (int(columns[f"joint_level_{k}"][joint]) for k in ("start", "count"))
-    value = np.asarray(columns["level_value"][first : first + levels])
-    return Axis(low, high, level, value, bool(columns["joint_wrap"][joint]))
+def _axis(artifact: Artifact, joint: int, parts: int) -> Axis:
+    value, low, high = (_levels_of(artifact, joint, what) for what in ("value", "low", "high"))
+    cut = refine(value, low, high, parts)
+    return Axis(cut.low, cut.high, cut.level, value, bool(artifact.columns["joint_wrap"][joint]))
 
 
 def _states_of(tables: MachineTables, free: list[int], axes: tuple[Axis, ...], artifact: Artifact) -> NDArray[np.int64]:
@@ -174,8 +196,7 @@ def _states_of(tables: MachineTables, free: list[int], axes: tuple[Axis, ...], a
     table = np.full([a.n_level for a in axes], -1, dtype=np.int64)
     levels = []
     for joint in free:
-        start, count = (int(artifact.columns[f"joint_level_{k}"][joint]) for k in ("start", "count"))
-        values = artifact.columns["level_value"][start : start + count]
+        values = _levels_of(artifact, joint, "value")
         own = tables.angle[:, list(tables.joints).index(joint)]
         levels.append(np.abs(own[:, None] - values).argmin(1))
     table[tuple(levels)] = np.arange(len(tables.angle))

@@ -61,6 +61,11 @@ class Nearest:
     hold: float = HOLD
 
     @property
+    def n_cell(self) -> int:
+        """States, which are all that this decoder looks at."""
+        return len(self.tables.state_names)
+
+    @property
     def ring(self) -> Semiring:
         """One state wins, as over a maximum."""
         return MAX_PRODUCT

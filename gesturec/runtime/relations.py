@@ -46,26 +46,36 @@ def relations_of(artifact: Artifact) -> tuple[Relation, ...]:
 
 def relate(relations: Sequence[Relation], decisions: Sequence[Decision]) -> list[Decision]:
     """Decisions that obey the relations, as far as the points let them."""
-    related = list(decisions)
+    plain = [decision.probability for decision in decisions]
+    weighed, state = list(plain), [decision.state for decision in decisions]
     for relation in relations:
-        joint = _joint((relation.weight > 0).astype(float), relation, related)
-        total = float(joint.sum())
-        if not total > 0:
+        allowed, joint = _joint(_allowed(relation), relation, plain), _joint(relation.weight, relation, weighed)
+        if not (allowed.sum() > 0 and joint.sum() > 0):
             continue
-        best = np.unravel_index(int(_joint(relation.weight, relation, related).argmax()), joint.shape)
+        best = np.unravel_index(int(joint.argmax()), joint.shape)
         for axis, machine in enumerate(relation.machines):
-            marginal = joint.sum(tuple(a for a in range(joint.ndim) if a != axis)) / total
-            related[machine] = _with(related[machine], marginal, int(best[axis]))
-    return related
+            plain[machine], weighed[machine] = _marginal(allowed, axis), _marginal(joint, axis)
+            state[machine] = int(best[axis])
+    told = {machine for relation in relations for machine in relation.machines}
+    return [_with(decision, plain[m], state[m]) if m in told else decision for m, decision in enumerate(decisions)]
 
 
-def _joint(weight: Array, relation: Relation, decisions: Sequence[Decision]) -> Array:
+def _allowed(relation: Relation) -> Array:
+    """What a relation does not forbid, costs aside."""
+    return (relation.weight > 0).astype(float)
+
+
+def _joint(weight: Array, relation: Relation, probability: Sequence[Array]) -> Array:
     """Weights times the probabilities of every machine that a relation names."""
     for axis, machine in enumerate(relation.machines):
         shape = [1] * weight.ndim
         shape[axis] = -1
-        weight = weight * decisions[machine].probability.reshape(shape)
+        weight = weight * probability[machine].reshape(shape)
     return weight
+
+
+def _marginal(joint: Array, axis: int) -> Array:
+    return np.asarray(joint.sum(tuple(a for a in range(joint.ndim) if a != axis)) / joint.sum())
 
 
 def obey(decision: Decision, weight: Array | None) -> Decision:

@@ -24,12 +24,13 @@ from gesturec.runtime.emission import Points
 from gesturec.runtime.frame import Memory, literal_points, literal_pose, start_memory, take
 from gesturec.runtime.gains import Gains
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
-from gesturec.runtime.machines import Shown, settle_all, settle_first
+from gesturec.runtime.machines import Decoder, Shown, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
 from gesturec.runtime.options import options_of
 from gesturec.runtime.pose import PoseEstimate, start_size
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.record import make_record, make_step
+from gesturec.runtime.starting import start_masks
 from gesturec.runtime.step import Step
 from gesturec.runtime.tracker import Tracker
 
@@ -73,12 +74,14 @@ class Session:
         self.options = options_of(options)
         self.artifact = artifact
         self.body: Body = lay_out(artifact, self.options.period)
+        start_masks(artifact, self.options.start)  # a start that the model does not have is refused now
         self.plan: Plan | None = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
         self.counts: Counter[str] = Counter()
+        self.cells: dict[str, int] = {}  # of each machine's lattice, chosen by the noise of the first frame
         self._size = start_size(self.options.scale)
         self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0)
         self._tracker = Tracker(Gains() if self.options.growing else LITERAL_GAINS)
-        self._decoders = make_decoders(self.body, self.options)
+        self._decoders: tuple[Decoder, ...] = ()
         self._memory: Memory
         self._window: list[Shown]
         self._carried: list[Any]
@@ -133,6 +136,10 @@ class Session:
         """Take a frame in, and look back at the poses of the frames before it."""
         size = self._size
         self._memory, moment = take(self.body, self._pose, self._tracker, self._memory, size, points, self._frame, time)
+        if not self._decoders:
+            self._decoders = make_decoders(self.body, self.options, deviation_of(moment.points.covariance))
+            self._carried = [decoder.start() for decoder in self._decoders]
+            self.cells = {t.name: d.n_cell for t, d in zip(self.body.machines, self._decoders, strict=True)}
         self._frame += 1
         self.noise = float(np.sqrt(np.trace(self._memory.noise.covariance) / 3))
         self._window.append(Shown(moment, None))
@@ -231,8 +238,13 @@ class Session:
         n_token = self.body.n_token
         self._memory = start_memory(self._tracker.start(n_token), start_noise(self.options.noise, n_token))
         self._window = []
-        self._carried = [decoder.start() for decoder in self._decoders]
+        self._decoders, self._carried = (), []  # made for the noise of the first frame
         self._angles, self._last_pose, self._frame = self.body.middle, None, 0
+
+
+def deviation_of(covariance: Array) -> float:
+    """Standard deviation of a token along an axis, m, by the median of the tokens' covariances (n_token, 3, 3)."""
+    return float(np.sqrt(np.median(np.trace(covariance, axis1=1, axis2=2)) / 3))
 
 
 def _number(time: Any) -> float:

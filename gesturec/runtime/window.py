@@ -62,6 +62,11 @@ class WindowDecoder:
     tracer: Chain | None = None  # the same chain over `semiring.TRACED`, for survivors
 
     @property
+    def n_cell(self) -> int:
+        """Cells of the lattice that the belief is on."""
+        return len(self.chain.lattice.state)
+
+    @property
     def ring(self) -> Semiring:
         """How beliefs are combined."""
         return self.chain.ring

@@ -18,6 +18,7 @@ from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.diagnostics.errors import InputError
 from gesturec.expansion.curve import natural_spline, periodic_spline
 from gesturec.simulate.itinerary import Itinerary, Wishes, cheapest, relation_tables, samples_forward, samples_on
+from gesturec.simulate.lingering import linger
 from gesturec.simulate.motion import PEAK, REST_SHARE, minimum_jerk
 
 Array = NDArray[np.float64]
@@ -88,7 +89,7 @@ def courses(
     for company in companies(artifact):
         plan = _plan(artifact, company, moments, duration, pace, planned)
         for column, machine in enumerate(company):
-            states = plan.states[:, column]
+            states = linger(artifact, machine, plan.states[:, column], plan.tick)
             planned[machine] = plan.tick, states
             found[machine] = _course(artifact, machine, states, plan.tick, time)
     return found

@@ -68,19 +68,8 @@ def test_a_rebaked_length_moves_what_lies_beyond_it() -> None:
     assert np.array_equal(again.machine(1).mean, compiled(model).machine(1).mean)
 
 
-def test_the_lattice_can_be_cut_finer_and_coarser() -> None:
-    hand = compiled(paper_hand())
-    assert rebake(hand, refinement=1).columns["joint_fine_count"][:4].tolist() == [2, 4, 4, 0]
-    finer = rebake(hand, refinement=6).columns
-    assert finer["joint_fine_count"][:4].tolist() == [6, 18, 18, 0]
-    for joint_id in (0, 1):
-        start, count = finer["joint_fine_start"][joint_id], finer["joint_fine_count"][joint_id]
-        low, high = finer["fine_low"][start : start + count], finer["fine_high"][start : start + count]
-        assert np.allclose(low[1:], high[:-1])  # parts touch and fill the range
-
-
 @pytest.mark.parametrize(
-    "bad", [{"scale": 0.0}, {"scale": float("nan")}, {"joint_at": {"nose": (0, 0, 0)}}, {"refinement": 0}]
+    "bad", [{"scale": 0.0}, {"scale": float("nan")}, {"joint_at": {"nose": (0, 0, 0)}}]
 )
 def test_what_is_no_body_is_refused(bad: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"."):

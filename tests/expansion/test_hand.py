@@ -67,14 +67,6 @@ def test_one_step_moves_no_joint_by_more_than_one_level(hand: Artifact) -> None:
     assert near.all(-1).sum() == len(tables.transition_target)
 
 
-def test_the_fine_lattice_has_the_papers_ten_degrees(hand: Artifact) -> None:
-    columns = hand.columns
-    assert columns["joint_fine_count"][:4].tolist() == [4, 10, 10, 0]
-    low = np.degrees(columns["fine_low"][4:14])
-    assert np.allclose(low, [0, 5, 15, 25, 35, 45, 55, 65, 75, 85], atol=1e-9)
-    assert columns["fine_level"][4:14].tolist() == [0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
-
-
 def test_equal_states_are_told_once_for_machines_of_one_kind() -> None:
     found = [finding for finding in expand_model(paper_hand()).findings if finding.rule == "equal-states"]
     assert [finding.message.partition(" whose ")[0] for finding in found] == [

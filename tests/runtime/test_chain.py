@@ -20,12 +20,15 @@ from gesturec.runtime.semiring import MAX_MIN, MAX_PRODUCT, SEMIRINGS, SUM_PRODU
 @pytest.fixture(scope="module")
 def finger(hand: Artifact) -> Lattice:
     """The index finger's cells."""
-    return machine_lattice(hand, chain_of(hand.columns), hand.machine(0))
+    return machine_lattice(hand, chain_of(hand.columns), hand.machine(0), 0.08, 0.06)
 
 
 def test_cells_refine_states_and_keep_their_moments(hand: Artifact, finger: Lattice) -> None:
     tables = hand.machine(0)
     assert finger.shape == (4, 10, 10)
+    low = np.degrees(finger.axes[1].low)
+    assert np.allclose(low, [0, 5, 15, 25, 35, 45, 55, 65, 75, 85], atol=1e-9)
+    assert finger.axes[1].level.tolist() == [0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
     for state in (0, 5, 31):
         own = finger.state == state
         share = finger.volume[own] / finger.volume[own].sum()

@@ -28,7 +28,7 @@ def gait() -> Artifact:
 
 def chain(gait: Artifact, ring: Semiring) -> CurveChain:
     tables = gait.machine(0)
-    return CurveChain(machine_lattice(gait, chain_of(gait.columns), tables), ring, tables)
+    return CurveChain(machine_lattice(gait, chain_of(gait.columns), tables, 1.0, 0.003), ring, tables)
 
 
 def alone(walker: CurveChain, state: int) -> Floats:

@@ -197,3 +197,9 @@ def test_an_outlier_does_not_move_the_pose_or_the_state(hand: Artifact, take: An
 def test_nonsense_is_refused_at_construction(hand: Artifact, options: dict[str, Any]) -> None:
     with pytest.raises(ValueError):
         Session(hand, **options)
+
+
+def test_the_lattice_is_as_fine_as_the_noise_lets_it_gain(hand: Artifact, take: Any) -> None:
+    cells = {noise: decode(hand, take, noise=noise).report["cells"] for noise in (0.001, 0.06, 0.3)}
+    assert cells[0.001]["index"] > cells[0.06]["index"] > cells[0.3]["index"] == 32
+    assert decode(hand, take, decoder="nearest").report["cells"]["index"] == 32

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from gesturec.compile import compile_model
 from gesturec.diagnostics.errors import InputError, LimitError
 from gesturec.runtime.reach import machine_graph, spread, steps_in
 from gesturec.simulate.cycles import going_machines
+from gesturec.simulate.lingering import lengthened
 from gesturec.simulate.simulation import SimulateOptions, Simulation, simulate
 
 ROOT = Path(__file__).parents[2]
@@ -165,3 +167,21 @@ def test_poses_too_soon_after_one_another_are_refused(gait: Artifact) -> None:
 def test_a_take_too_long_to_plan_is_refused_by_its_size(gait: Artifact) -> None:
     with pytest.raises(LimitError, match="MiB are used"):
         simulate(gait, SimulateOptions(path=("walking",), duration=9_000.0, rate=0.1))
+
+
+def test_a_stay_that_is_too_short_begins_earlier() -> None:
+    inside = np.array([False, True, True])
+    planned = np.array([0, 0, 0, 0, 0, 1, 2, 0, 0, 1, 1, 2, 0])
+    assert lengthened(planned, inside, 4).tolist() == [0, 0, 0, 1, 1, 1, 2, 0, 0, 1, 1, 2, 0]
+    assert lengthened(planned, inside, 2).tolist() == planned.tolist()
+
+
+def test_who_starts_to_walk_keeps_the_shortest_stance(gait: Artifact) -> None:
+    options = SimulateOptions(path=("standing", "walking", "standing"), duration=6, rate=100, seed=2)
+    states = simulate(gait, options).truth.state
+    for bound in gait.manifest.dwell:
+        inside = np.isin(states[:, gait.manifest.machines.index(bound["machine"])], bound["states"])
+        change = np.flatnonzero(np.diff(inside.astype(int))) + 1
+        stays = [b - a for a, b in pairwise(change) if inside[a]]
+        assert stays
+        assert min(stays) / 100 > bound["shortest"] - 0.03  # a tick of the plan
