@@ -50,15 +50,19 @@ def make_tracker(
 
 def _check_gains(track: str, alpha: float | None, beta: float | None) -> None:
     """Refuse gains that would be ignored, and miss those that there is no default for."""
-    for name, value in (("alpha", alpha), ("beta", beta)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, Real)):
-            raise ValueError(f"`{name}` is {value!r:.60}: a number is needed")
+    _check_number("alpha", alpha)
+    _check_number("beta", beta)
     if alpha is not None and track not in TAKES_ALPHA:
         raise ValueError(f"`{track}` finds its gains itself; alpha is of {_names(TAKES_ALPHA)}")
     if beta is not None and track != "given":
         raise ValueError(f"beta is of `given`; `{track}` finds it itself")
     if track == "given" and (alpha is None or beta is None):
         raise ValueError("`given` needs both alpha and beta")
+
+
+def _check_number(name: str, value: object) -> None:
+    if value is not None and (isinstance(value, bool) or not isinstance(value, Real)):
+        raise ValueError(f"`{name}` is {value!r:.60}: a number is needed")
 
 
 def _names(names: tuple[str, ...]) -> str:
