@@ -1,13 +1,14 @@
 """Accuracy on the paper's hand: every development stream, several decoders, beside the published references.
 
-    python benchmarks/accuracy.py --data DIR [--streams standard|all] [--told yes|no|both] [--trials 0-11] [-j N] [--out F]
+    python benchmarks/accuracy.py --data DIR [--streams all] [--told both] [--trials 0-11] [-j N] [--out FILE]
 
 In: the simulated streams of `paper_hand` (pixels of two cameras, rig, truth). The pixels are triangulated with their
-covariance and decoded with the compiled `models/hand.yaml`. Out, as text: first one row a file with the exact shares of
-all ways beside each other (`literal` is the source paper's rule, `ik` inverse kinematics frame by frame, both run here on
-the same points; `b1`, `f2` are the published figures of such decoders) and the difference to the better of the reference
-decoders R and E; then everything that was measured, a row a file and way; then the coverage of the 90 % sets by the
-length of the gap. `--told no` tells neither noise nor size nor the flat start; else they are told, as to the references.
+covariance and decoded with the compiled `models/hand.yaml`. Out, as text: first one row a file with the exact shares
+of all ways beside each other (`literal` is the source paper's rule, `ik` inverse kinematics frame by frame, both run
+here on the same points; `b1`, `f2` are the published figures of such decoders) and the difference to the better of the
+reference decoders R and E; then everything that was measured, a row a file and way; then the coverage of the 90 % sets
+by the length of the gap. `--told no` tells neither noise nor size nor the flat start; else they are told, as they were
+to the references.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ COLUMNS: Final = (
     "scale_off",
 )  # fmt: skip
 MEANINGS: Final = (
-    "exact: both flexion levels right, % of finger-frames, hidden ones included; +-: half of its 95 % interval over trials",
+    "exact: both flexion levels right, % of finger-frames, hidden ones too; +-: half its 95 % interval over trials",
     "within1: no level off by more than one; decided: told at all; hidden: exact where the tip is hidden",
     "thumb: levels of cmc, mcp, ip and the abduction all right; late: frames from a true transition to its decision",
     "cover: the true state is in the 90 % set; size: states in it; pose: median errors",
@@ -197,7 +198,8 @@ def summary(found: dict[tuple[str, str], Row], published: dict[tuple[str, str], 
     for kind, table in rows.items():
         lines.append(f"{f'mean of {len(table)} {kind}':24s} " + cells_text(heads, list(np.mean(table, axis=0))))
         worst = [f"{w} {np.min([row[k] for row in table]):+.2f}" for w, k in differences(ways)]
-        lines.append(f"worst file of {kind}: {', '.join(worst)}") if worst else None
+        if worst:
+            lines.append(f"worst file of {kind}: {', '.join(worst)}")
     return lines
 
 

@@ -1,10 +1,10 @@
 """Per-frame inverse kinematics of the paper's hand: the baseline without any machine (`f2` of the references).
 
-In: triangulated points of one trial with their covariance, and the hand's dimensions. Out: continuous angles (mcp, pip,
-abduction) of the four fingers in every frame, and the palm's pose. Each frame for itself: the palm by a rigid fit with
-every point's covariance, then Levenberg-Marquardt (Marquardt 1963) on three angles a finger against its one tip, from the
-last frame's angles; a hidden tip keeps its angles. Nothing of `gesturec` is used here: the formulas are of the streams'
-own description, so that the baseline does not become better or worse with what it is compared to.
+In: triangulated points of one trial with their covariance, and the hand's dimensions. Out: continuous angles (mcp,
+pip, abduction) of the four fingers in every frame, and the palm's pose. Each frame for itself: the palm by a rigid fit
+with every point's covariance, then Levenberg-Marquardt (Marquardt 1963) on three angles a finger against its one tip,
+from the last frame's angles; a hidden tip keeps its angles. Nothing of `gesturec` is used here: the formulas are of the
+streams' own description, so that the baseline becomes neither better nor worse with what it is compared to.
 """
 
 from __future__ import annotations
