@@ -65,7 +65,8 @@ COLUMNS: Final = (
 MEANINGS: Final = (
     "exact: both flexion levels right, % of finger-frames, hidden ones too; +-: half its 95 % interval over trials",
     "within1: no level off by more than one; decided: told at all; hidden: exact where the tip is hidden",
-    "thumb: levels of cmc, mcp, ip and the abduction all right; late: frames from a true transition to its decision",
+    "thumb: levels of cmc, mcp, ip and the abduction all right; late: frames from a true transition to its decision,",
+    "which offline waits for as much of the take as changed it",
     "cover: the true state is in the 90 % set; size: states in it; pose: median errors",
     "scale_1s, scale_off: error of the size a second after the start, and the median after it, %; 0 where it was told",
 )
@@ -185,7 +186,7 @@ def summary(found: dict[tuple[str, str], Row], published: dict[tuple[str, str], 
     heads = [
         head for way in ways for head in (way, PUBLISHED.get(way, "bar"), *(() if way in PUBLISHED else ("diff",)))
     ]
-    lines = [f"{'exact, %':24s} " + " ".join(f"{head:>8s}" for head in heads)]
+    lines = [f"{'exact, %':28s} " + " ".join(f"{head:>8s}" for head in heads)]
     rows: dict[str, list[list[float]]] = {}
     for name in dict.fromkeys(name for name, _ in found):
         cells: list[float] = []
@@ -194,9 +195,9 @@ def summary(found: dict[tuple[str, str], Row], published: dict[tuple[str, str], 
             other = published.get((name, PUBLISHED[way]), np.nan) if way in PUBLISHED else bar_of(published, name, way)
             cells += [exact, other] if way in PUBLISHED else [exact, other, exact - other]
         rows.setdefault(kind_of(name), []).append(cells)
-        lines.append(f"{name:24s} " + cells_text(heads, cells))
+        lines.append(f"{name:28s} " + cells_text(heads, cells))
     for kind, table in rows.items():
-        lines.append(f"{f'mean of {len(table)} {kind}':24s} " + cells_text(heads, list(np.mean(table, axis=0))))
+        lines.append(f"{f'mean of {len(table)} {kind}':28s} " + cells_text(heads, list(np.mean(table, axis=0))))
         worst = [f"{w} {np.min([row[k] for row in table]):+.2f}" for w, k in differences(ways)]
         if worst:
             lines.append(f"worst file of {kind}: {', '.join(worst)}")
@@ -229,10 +230,10 @@ def cells_text(heads: Sequence[str], cells: Sequence[float]) -> str:
 
 def details(found: dict[tuple[str, str], Row]) -> list[str]:
     """Everything that was measured, a row a file and way."""
-    lines = [f"{'file':24s} {'way':8s} " + " ".join(f"{column:>9s}" for column in COLUMNS)]
+    lines = [f"{'file':28s} {'way':8s} " + " ".join(f"{column:>9s}" for column in COLUMNS)]
     for (name, way), row in found.items():
         cells = " ".join(f"{row.get(column, np.nan):9.2f}".replace("nan", "  -") for column in COLUMNS)
-        lines.append(f"{name:24s} {way:8s} {cells}")
+        lines.append(f"{name:28s} {way:8s} {cells}")
     return lines
 
 

@@ -18,9 +18,9 @@ body            `{nodes, machine, bones, whisker, hulls, owner}`, nodes packed p
                 and `owner` the body of each node; `hulls` the root part's nodes of each
 tokens          `{names, colors, node, machine, measured}`, a color null where none is given, measured packed points
                 (frame, token, 3) in the world
-machines        list of `{name, states, colors, joints, state, status, fit, candidate, probability, possible, inside, graph}`;
-                `candidate` (frame, 6) the most probable states, -1 none; `probability` in 255ths; `possible` how many
-                there are; `inside` how many of them the 90 % set has; `fit` (frame, 5) chi-square, its limit,
+machines        list of `{name, states, colors, joints, state, status, fit, candidate, probability, possible, inside,
+                graph}`; `candidate` (frame, 6) the most probable states, -1 none; `probability` in 255ths; `possible`
+                how many there are; `inside` how many of them the 90 % set has; `fit` (frame, 5) chi-square, its limit,
                 frames until decided, tokens seen, states within reach
 machine.graph   null if there are too many states, else the layout (`layout.types.GraphLayout`) with `successors`
 events          `[{name, start, end, decided, confidence}]`

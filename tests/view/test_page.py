@@ -115,8 +115,8 @@ def test_pointing_at_a_row_says_why_and_clicking_chooses_machine_and_frame(
     hand: Artifact, make_take: Any, opened: Any
 ) -> None:
     page = opened(render_page(hand, make_take(hand, 40, undecided=slice(10, 20)), "walk"))
-    row = "(() => { const b = document.querySelectorAll('#ribbon rect.lane')[1].getBoundingClientRect(); return %s; })()"
-    left, width, y = page.run(row % "[b.left, b.width, b.top + b.height / 2]")
+    lane = "document.querySelectorAll('#ribbon rect.lane')[1].getBoundingClientRect()"
+    left, width, y = page.run(f"(() => {{ const b = {lane}; return [b.left, b.width, b.top + b.height / 2]; }})()")
     hint = "document.getElementById('hint').innerText"
     for frame, said in ((14, "undecided"), (30, "ok: every machine")):
         x = left + width * (frame + 0.5) / 40
