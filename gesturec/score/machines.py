@@ -79,7 +79,8 @@ def _set_score(sets: SetCoding, asked: Mask, block: Ints) -> SetScore | None:
     sized = kept & np.isfinite(sets.size)
     n_block = int(block.max()) + 1
     frames = np.bincount(block[sized], minlength=n_block).astype(np.float64)
-    interval = interval_of_sums(np.bincount(block[sized], sets.size[sized], n_block), frames)
+    sums = np.bincount(block[sized], sets.size[sized], n_block).astype(np.float64)
+    interval = interval_of_sums(sums, frames)
     return SetScore(share_of(sets.holds, kept, block), mean, median, interval)
 
 
