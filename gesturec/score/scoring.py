@@ -157,6 +157,7 @@ def _levels(
 ) -> tuple[list[Matched], dict[str, Levels | None]]:
     """Levels of every machine's states; the tables renamed where only some joints are compared."""
     levels: dict[str, Levels | None] = {}
+    _check_joints(takes, names, options)
     for name in names:
         joints = joints_of(name, takes[0].truth, options.joints, options.artifact) if options.joints else ()
         if options.joints and not joints:
@@ -172,6 +173,16 @@ def _levels(
         else:
             levels[name] = levels_from_model(options.artifact, name)
     return takes, levels
+
+
+def _check_joints(takes: Sequence[Matched], names: Sequence[str], options: ScoreOptions) -> None:
+    """Refuse a joint that no machine has: it was most likely misspelt."""
+    for joint in options.joints:
+        if names and not any(joints_of(name, takes[0].truth, (joint,), options.artifact) for name in names):
+            there = some_names(takes[0].truth.joints)
+            raise InputError(
+                f"no machine that is compared has a joint `{joint}`; there are: {there}", takes[0].truth.path
+            )
 
 
 def _levels_from(codings: Sequence[Coding], options: ScoreOptions) -> str:
