@@ -4,8 +4,9 @@
 
 In: the shipped hand, its ten tokens, and `rig.yaml` beside this file. Out, in DIR: `figure1.svg`, the sixteen
 flexion states of the index finger at their tip positions, the allowed transitions, and the fist's path solid;
-`figure2.svg`, the true and the detected sequence; `table.txt`, decoders against noise and occlusion;
-`noise.txt`, what "10 pixels" can mean; `index.html`, all of it on one page. Every number is computed here.
+`figure2.svg`, the true and the detected sequence, and the same at both readings of "10 pixels" (`figure2_10px.svg`,
+`figure2_10px_near.svg`); `table.txt` and `figure3.svg`, decoders against noise and occlusion; `noise.txt`, what
+"10 pixels" can mean; `index.html`, all of it on one page. Every number is computed here.
 """
 
 from __future__ import annotations
@@ -13,9 +14,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
@@ -24,6 +24,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 from numpy.typing import NDArray
+from pictures import lines_picture, sequences_picture, states_picture
 
 import gesturec
 from gesturec.recordings.rig import Rig, load_rig
@@ -31,7 +32,7 @@ from gesturec.recordings.stereo import triangulate
 from gesturec.simulate.hiding import Hidden
 from gesturec.simulate.simulation import SimulateOptions, Simulation, simulate
 from gesturec.view.layout.plane import plane_coordinates, tip_positions
-from gesturec.view.markup import element, number, text
+from gesturec.view.markup import element, text
 
 Array = NDArray[np.float64]
 HERE: Final = Path(__file__).resolve().parent
@@ -76,11 +77,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error("--trials: at least one take is needed")
     told.out.mkdir(parents=True, exist_ok=True)
     artifact, rig = gesturec.load("hand").artifact, load_rig(HERE / "rig.yaml")
+    measured = measure(artifact, rig, told.trials)
     made = {
         "figure1.svg": figure1(artifact),
-        "figure2.svg": figure2(artifact, rig),
-        "table.txt": table(artifact, rig, told.trials),
+        "figure2.svg": figure2(artifact, rig, Case(2.0, 0.3, 3), "2 px, 30 % hidden"),
+        "table.txt": table(measured, told.trials),
+        "figure3.svg": lines_picture(measured),
         "noise.txt": noise_readings(artifact, rig, told.trials),
+        "figure2_10px.svg": figure2(artifact, rig, Case(10.0, 0, 3), "10 px in both images"),
+        "figure2_10px_near.svg": figure2(
+            artifact, nearer(rig), Case(10.0, 0, 3), "10 px where the finger is some 200 px long"
+        ),
     }
     made["index.html"] = page(made)
     for name, content in made.items():
@@ -119,15 +126,20 @@ def occlusions(tokens: Sequence[str], case: Case) -> Iterable[Hidden]:
                 yield Hidden((token,), frame / RATE, frame / RATE)
 
 
-def exact(artifact: Any, rig: Rig, case: Case, way: str) -> tuple[float, float]:
-    """Shares of finger-frames in per cent: both flexion levels right, and none off by more than one."""
+def exact(artifact: Any, rig: Rig, case: Case, ways: Iterable[str]) -> dict[str, tuple[float, float]]:
+    """By decoder, shares of finger-frames in per cent: both flexion levels right, and none off by more than one."""
     simulation, recording = take(artifact, rig, case)
-    decoding = gesturec.decode(artifact, recording, scale=1.0, **WAYS[way])
+    return {way: shares(artifact, simulation, gesturec.decode(artifact, recording, scale=1.0, **WAYS[way]).state)
+            for way in ways}  # fmt: skip
+
+
+def shares(artifact: Any, simulation: Simulation, state: NDArray[np.int32]) -> tuple[float, float]:
+    """Exact and within one level, per cent."""
     off = []
     for finger in FINGERS:
         machine = artifact.manifest.machines.index(finger)
         levels = flexion_levels(artifact.manifest.states[finger])
-        found, true = decoding.state[:, machine], simulation.truth.state[:, machine]
+        found, true = state[:, machine], simulation.truth.state[:, machine]
         off.append(np.where(found >= 0, np.abs(levels[found] - levels[true]).max(axis=1), 99))
     return 100 * float(np.mean(np.array(off) == 0)), 100 * float(np.mean(np.array(off) <= 1))
 
@@ -140,23 +152,31 @@ def flexion_levels(names: Sequence[str]) -> NDArray[np.int64]:
 # --- tables --------------------------------------------------------------------------------------------------------
 
 
-def table(artifact: Any, rig: Rig, trials: int) -> str:
+def measure(artifact: Any, rig: Rig, trials: int) -> dict[tuple[float, float], dict[str, tuple[float, float]]]:
+    """Every decoder in every condition: by (noise in px, share hidden)."""
+    return {
+        (noise_px, occlusion): mean_exact(artifact, rig, Case(noise_px, occlusion, 0), tuple(WAYS), trials)
+        for noise_px in NOISES_PX
+        for occlusion in OCCLUSIONS
+    }
+
+
+def table(measured: Mapping[tuple[float, float], Mapping[str, tuple[float, float]]], trials: int) -> str:
     """Decoders against noise and occlusion."""
     lines = [f"Exact (within one level), % of finger-frames; fist, {trials} takes a row", ""]
     lines.append(f"{'noise':>6} {'hidden':>6}" + "".join(f"{way:>16}" for way in WAYS))
-    for noise_px in NOISES_PX:
-        for occlusion in OCCLUSIONS:
-            cells = (mean_exact(artifact, rig, Case(noise_px, occlusion, 0), way, trials) for way in WAYS)
-            shown = "".join(f"{share:9.1f} ({near:4.0f})" for share, near in cells)
-            lines.append(f"{noise_px:>3g} px {occlusion:>6.0%}{shown}")
+    for (noise_px, occlusion), cells in measured.items():
+        shown = "".join(f"{share:9.1f} ({near:4.0f})" for share, near in cells.values())
+        lines.append(f"{noise_px:>3g} px {occlusion:>6.0%}{shown}")
     lines += ["", *(f"{way:>8}: {meaning}" for way, meaning in LEGEND.items()), ""]
     return "\n".join(lines)
 
 
-def mean_exact(artifact: Any, rig: Rig, case: Case, way: str, trials: int) -> tuple[float, float]:
-    """Means over takes."""
-    shares = [exact(artifact, rig, replace(case, seed=seed), way) for seed in range(trials)]
-    return float(np.mean([s[0] for s in shares])), float(np.mean([s[1] for s in shares]))
+def mean_exact(artifact: Any, rig: Rig, case: Case, ways: Sequence[str], trials: int) -> dict[str, tuple[float, float]]:
+    """Means over takes, by decoder."""
+    takes = [exact(artifact, rig, replace(case, seed=seed), ways) for seed in range(trials)]
+    return {way: (float(np.mean([t[way][0] for t in takes])), float(np.mean([t[way][1] for t in takes])))
+            for way in ways}  # fmt: skip
 
 
 def noise_readings(artifact: Any, rig: Rig, trials: int) -> str:
@@ -170,8 +190,8 @@ def noise_readings(artifact: Any, rig: Rig, trials: int) -> str:
     lines = ["Exact (within one level), % of finger-frames without occlusion", ""]
     lines.append(f"{'reading':<52}{'paper':>16}{'offline':>16}")
     for title, cameras, noise_px in readings:
-        cells = [mean_exact(artifact, cameras, Case(noise_px, 0, 0), way, trials) for way in ("paper", "offline")]
-        lines.append(f"{title:<52}" + "".join(f"{share:9.1f} ({near:4.0f})" for share, near in cells))
+        cells = mean_exact(artifact, cameras, Case(noise_px, 0, 0), ("paper", "offline"), trials)
+        lines.append(f"{title:<52}" + "".join(f"{share:9.1f} ({near:4.0f})" for share, near in cells.values()))
     lines += [
         "",
         "At 0.8 m and 1000 px of focal length a straight index finger is some 100 px long, so 10 px in both images",
@@ -196,17 +216,11 @@ def figure1(artifact: Any) -> str:
     shown = [i for i, name in enumerate(tables.state_names) if name.startswith("0/")]
     tips = tip_positions(artifact, tables)[shown]
     place = plane_coordinates(tips, tips.mean(axis=0), tips[0])
-    place = (place - (place[:, 0].min(), place[:, 1].max())) / np.ptp(place, axis=0).max() * (680, -680) + (60, 60)
-    path = fist_path(artifact)
-    lines = [arc(place[shown.index(a)], place[shown.index(b)], "1 4") for a, b in neighbours(tables, shown)]
-    lines += [arc(place[shown.index(a)], place[shown.index(b)], None) for a, b in pairwise(path)]
-    dots = [node(place[i], tables.state_names[state], state in path) for i, state in enumerate(shown)]
-    return svg(
-        800,
-        round(place[:, 1].max()) + 60,
-        "The index finger's states at its tip; the fist's path solid",
-        [*lines, *dots],
-    )
+    px = 760 / np.ptp(place, axis=0).max()  # to a metre
+    place = (place - (place[:, 0].min(), place[:, 1].max())) * (px, -px) + (70, 90)
+    arcs = [(shown.index(a), shown.index(b)) for a, b in neighbours(tables, shown)]
+    path = [shown.index(state) for state in fist_path(artifact)]
+    return states_picture(place, [tables.state_names[state] for state in shown], arcs, path, 0.02 * px)
 
 
 def fist_path(artifact: Any) -> list[int]:
@@ -223,79 +237,34 @@ def neighbours(tables: Any, shown: Sequence[int]) -> Iterable[tuple[int, int]]:
         yield from ((state, int(target)) for target in row if target > state and target in shown)
 
 
-def arc(a: Array, b: Array, dashes: str | None) -> str:
-    """A transition."""
-    width = 1 if dashes else 2.5
-    ends = {"x1": number(a[0]), "y1": number(a[1]), "x2": number(b[0]), "y2": number(b[1])}
-    return element("line", **ends, stroke="#39424e", stroke_width=width, stroke_dasharray=dashes)
-
-
-def node(place: Array, name: str, on_path: bool) -> str:
-    """A state with its two flexion angles."""
-    fill = "#ffd9a8" if on_path else "#e4edfb"
-    circle = element("circle", cx=number(place[0]), cy=number(place[1]), r=19, fill=fill, stroke="#39424e")
-    return circle + label(place[0], place[1] + 4, "/".join(name.split("/")[1:]), "middle")
-
-
-def figure2(artifact: Any, rig: Rig) -> str:
-    """Mean true level and what two decoders say, frame by frame, for the index finger."""
-    case = Case(2.0, 0.3, 3)
+def figure2(artifact: Any, rig: Rig, case: Case, said: str) -> str:
+    """True levels and what three decoders say, frame by frame, for the index finger."""
     simulation, recording = take(artifact, rig, case)
     machine = artifact.manifest.machines.index("index")
     levels = flexion_levels(artifact.manifest.states["index"])
-    seen = np.isfinite(recording.points[:, recording.names.index("index.tip"), 0])
-    rows = {"true": simulation.truth.state[:, machine]}
+    hidden = ~np.isfinite(recording.points[:, recording.names.index("index.tip"), 0])
+    rows = {"true": levels[simulation.truth.state[:, machine]]}
     for way in ("paper", "lag 2", "offline"):
-        rows[way] = gesturec.decode(artifact, recording, scale=1.0, **WAYS[way]).state[:, machine]
-    parts = [strip(k, title, states, levels, seen) for k, (title, states) in enumerate(rows.items())]
-    parts.append(label(100, 30, "index: mcp above pip, 2 px, 30 % hidden; shaded: its tip was hidden", "start"))
-    return svg(910, 60 + 110 * len(rows), "True and detected sequence", parts)
-
-
-def strip(row: int, title: str, states: NDArray[np.int32], levels: NDArray[np.int64], seen: NDArray[np.bool_]) -> str:
-    """One decoder's sequence: a staircase for mcp and one for pip; a gap where nothing is decided."""
-    top, step = 50 + 110 * row, 760 / len(states)
-    hidden = [
-        element("rect", x=number(100 + n * step), y=top, width=number(step), height=92, fill="#e7e9ec")
-        for n in np.flatnonzero(~seen)
-    ]
-    stairs = [
-        element("line", x1=number(100 + n * step), x2=number(100 + (n + 1) * step), y1=number(y), y2=number(y),
-                stroke=color, stroke_width=3)
-        for joint, color in enumerate(("#005a9c", "#b3400a"))
-        for n, state in enumerate(states) if state >= 0
-        for y in (top + 40 + 48 * joint - 12 * levels[state, joint],)
-    ]  # fmt: skip
-    names = label(92, top + 30, f"{title}: mcp", "end") + label(92, top + 76, "pip", "end")
-    ends = [
-        label(866, top + 44 + 48 * joint - 36 * high, f"{90 * high}°", "start") for joint in (0, 1) for high in (0, 1)
-    ]
-    return "".join([*hidden, *stairs, names, *ends])
-
-
-def label(x: float, y: float, content: str, anchor: str) -> str:
-    """A text."""
-    return element("text", text(content), x=number(x), y=number(y), text_anchor=anchor)
-
-
-def svg(width: int, height: int, title: str, parts: Sequence[str]) -> str:
-    """A picture."""
-    style = element("style", "text { font: 13px system-ui, 'DejaVu Sans', sans-serif; fill: #1b1f24 }")
-    back = element("rect", width=width, height=height, fill="#ffffff")
-    inside = "\n".join([element("title", text(title)), style, back, *parts])
-    return element(
-        "svg", inside, xmlns="http://www.w3.org/2000/svg", width=width, height=height, viewBox=f"0 0 {width} {height}"
-    )
+        state = gesturec.decode(artifact, recording, scale=1.0, **WAYS[way]).state[:, machine]
+        rows[way] = np.where(state[:, None] >= 0, levels[state], -1)
+    return sequences_picture(f"Index finger, true and detected: {said}", rows, hidden, RATE)
 
 
 def page(made: dict[str, str]) -> str:
     """Everything on one page, without a request."""
     body = [element("h1", "A flat hand closes to a fist"), made["figure1.svg"], made["figure2.svg"]]
-    body += [element("pre", text(made[name])) for name in ("table.txt", "noise.txt")]
+    body += [element("h2", "Decoders against noise and occlusion"), made["figure3.svg"], pre(made["table.txt"])]
+    body += [element("h2", "What 10 pixels can mean"), pre(made["noise.txt"])]
+    body += [made["figure2_10px.svg"], made["figure2_10px_near.svg"]]
     head = element("meta", charset="utf-8") + element("title", "The paper's experiment")
     css = "body { font: 15px system-ui, sans-serif; margin: 2rem; max-width: 60rem } svg { display: block }"
     top = element("head", head + element("style", css))
     return "<!doctype html>\n" + element("html", top + element("body", "\n".join(body)), lang="en") + "\n"
+
+
+def pre(content: str) -> str:
+    """A table as text."""
+    return element("pre", text(content))
 
 
 if __name__ == "__main__":

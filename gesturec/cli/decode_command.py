@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from gesturec.cli.decoding import Outcome
 
 EPILOG = """OUT.html is a page, OUT.jsonl everything a frame, OUT.csv the states alone; OUT without a suffix makes
-OUT.states.csv and OUT.events.csv. With several recordings OUT is a folder of such pairs."""
+OUT.states.csv and OUT.events.csv. With several recordings OUT is a folder of such pairs.
+docs/results.md says what stands in each."""
 
 LIMB_MISFIT: Final = 0.3
 """Share of frames in which a limb fits none of its states from which on that is worth a warning."""
@@ -53,6 +54,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--scale", type=scale, metavar="auto|X", help="size of the body over the model's (default: auto)"
     )
+    parser.add_argument(
+        "--track", metavar="FILTER", help="kalata (default), benedict-bordner, critically-damped, given or kalman"
+    )
+    parser.add_argument("--alpha", type=float, metavar="A", help="alpha of benedict-bordner, critically-damped, given")
+    parser.add_argument("--beta", type=float, metavar="B", help="beta of given")
+    parser.add_argument("--tracks", action="store_true", help="also write the filtered tokens, OUT.tracks.csv")
     parser.add_argument("-j", "--jobs", type=count, default=1, metavar="N", help="recordings that are decoded at once")
     parser.add_argument("--cluster", metavar="ADDRESS", help=SUPPRESS)
     parser.add_argument("--resume", action="store_true", help="leave out recordings whose states are there already")
@@ -65,6 +72,8 @@ def run(options: Namespace) -> int:
 
     if options.cluster is not None:
         raise UsageError("--cluster is not built yet; -j N decodes in processes of this machine")
+    if options.tracks and options.output == "-":
+        raise UsageError("--tracks writes a second file, OUT.tracks.csv: -o takes a name, not -")
     session = session_options(options)
     jobs = plan_jobs(options)
     artifact = load_artifact(options.model, options)
@@ -98,6 +107,9 @@ def session_options(options: Namespace) -> dict[str, Any]:
         "lag": options.lag if options.lag is not None or decoder == "nearest" else DEFAULT_LAG,
         "sure": options.sure,
         "scale": options.scale,
+        "track": options.track,
+        "alpha": options.alpha,
+        "beta": options.beta,
     }
     session = {name: value for name, value in told.items() if value is not None}
     try:

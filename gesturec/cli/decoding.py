@@ -29,7 +29,7 @@ SUFFIXES: Final = ("", ".csv", ".jsonl", ".html")
 MOST_NAMES: Final = 8
 """Names that a note tells; a laboratory's skeleton has dozens that a model does not need."""
 
-STATES, EVENTS = ".states.csv", ".events.csv"
+STATES, EVENTS, TRACKS = ".states.csv", ".events.csv", ".tracks.csv"
 
 
 @dataclass(frozen=True)
@@ -111,13 +111,13 @@ def decode_job(artifact: Artifact, job: Job, session: dict[str, Any], options: N
         decoding = decode(artifact, recording, **session)
     except ValueError as error:
         raise InputError(str(error), job.recording) from error
-    files = write_result(artifact, decoding, job)
+    files = write_result(artifact, decoding, job, tracks=options.tracks)
     return Outcome(job.recording, files, summarize(decoding, recording.notes))
 
 
-def write_result(artifact: Artifact, decoding: Decoding, job: Job) -> list[str]:
+def write_result(artifact: Artifact, decoding: Decoding, job: Job, *, tracks: bool = False) -> list[str]:
     """The files of one result, each whole or not there."""
-    from gesturec.recordings.results import table_of_decoding, write_events, write_lines, write_states
+    from gesturec.recordings.results import table_of_decoding, write_events, write_lines, write_states, write_tracks
 
     suffix = _suffix(job.output)
     with ExitStack() as files:
@@ -130,10 +130,14 @@ def write_result(artifact: Artifact, decoding: Decoding, job: Job) -> list[str]:
             write_lines(artifact, decoding, main)
         else:
             write_states(artifact, table_of_decoding(decoding), main)
-        if suffix or job.output == "-":
-            return [job.main_file]
-        write_events(decoding.events, files.enter_context(text_output(job.output + EVENTS)))
-    return [job.main_file, job.output + EVENTS]
+        written = [job.main_file]
+        if not suffix and job.output != "-":
+            written.append(job.output + EVENTS)
+            write_events(decoding.events, files.enter_context(text_output(written[-1])))
+        if tracks:
+            written.append(job.output.removesuffix(Path(job.output).suffix if suffix else "") + TRACKS)
+            write_tracks(decoding, files.enter_context(text_output(written[-1])))
+    return written
 
 
 def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:

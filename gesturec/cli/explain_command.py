@@ -5,8 +5,12 @@ from __future__ import annotations
 import json
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from gesturec.cli.usage import UsageError
+
+if TYPE_CHECKING:
+    from gesturec.runtime.status import Status
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -26,11 +30,11 @@ def run(options: Namespace) -> int:
     if options.rule is None:
         return _list(options.json)
     name = options.rule.removeprefix("error[").removeprefix("warning[").rstrip("]")
-    statuses = {status.name: status.doc for status in STATUSES}
+    statuses = {status.name: status for status in STATUSES}
     if name in RULES:
         return _explain_rule(name, options.json)
     if name in statuses:
-        return _explain_status(name, statuses[name], options.json)
+        return _explain_status(statuses[name], options.json)
     hint = nearest(name, (*RULES, *statuses))
     raise UsageError(f"there is no rule or status `{name}`" + (f"; did you mean `{hint}`?" if hint else ""))
 
@@ -46,11 +50,11 @@ def _explain_rule(name: str, as_json: bool) -> int:
     return 0
 
 
-def _explain_status(name: str, doc: str, as_json: bool) -> int:
+def _explain_status(status: Status, as_json: bool) -> int:
     if as_json:
-        print(json.dumps({"status": name, "summary": doc}, indent=2))
+        print(json.dumps({"status": status.name, "summary": status.doc, "help": status.help}, indent=2))
     else:
-        print(f"`{name}`, the status of a frame or of a machine in it: {doc}.")
+        print(f"`{status.name}`, the status of a frame or of a machine in it: {status.doc}.\n\n{status.help}")
     return 0
 
 

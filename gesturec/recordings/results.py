@@ -1,4 +1,4 @@
-"""What was decoded, or is known to be true, as files: OUT.states.csv, OUT.events.csv, OUT.jsonl, TAKE.truth.csv.
+"""What was decoded, or is known to be true, as files: OUT.states.csv, OUT.events.csv, OUT.jsonl, OUT.tracks.csv, truth.
 
 The columns are those of the project's interface page and are what users' scripts read. Joint values are in the
 author's units, positions in m; what is undecided is `?` for a state and empty for a number.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Final, NamedTuple, TextIO
 
 import numpy as np
@@ -18,8 +18,13 @@ from numpy.typing import NDArray
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import JOINT_TYPES
 from gesturec.artifact.units import METRES, RADIANS
-from gesturec.runtime.status import STATUSES
+from gesturec.recordings.reasons import reason_of
+from gesturec.recordings.recording import Recording
+from gesturec.recordings.wide_csv import write_csv
+from gesturec.runtime.decision import TIE, credible_set
+from gesturec.runtime.status import STATUS_ID, STATUSES
 from gesturec.runtime.step import BodyPlaces, Decoding, GestureEvent
+from gesturec.runtime.tracker import TRACK_STATES
 
 Array = NDArray[np.float64]
 
@@ -27,8 +32,12 @@ UNDECIDED: Final = "?"
 POSE_COLUMNS: Final = ("pose.x", "pose.y", "pose.z", "pose.qx", "pose.qy", "pose.qz", "pose.qw")
 EVENT_COLUMNS: Final = ("gesture", "start", "end", "decided", "confidence")
 SLIDE: Final = JOINT_TYPES.index("slide")
-SET_MASS: Final = 0.9
-"""Posterior mass of the candidates that are told: the smallest set that reaches it."""
+SAME_TIME: Final = 1e-9  # s: what a time may lose on its way
+POSTERIOR_MASS: Final = 0.999
+"""Of the posterior that is told by state; the rest is a number."""
+
+MOST_POSTERIOR: Final = 256
+"""States that a frame's posterior tells of a machine at most, so that a line stays a line."""
 
 
 class StatesTable(NamedTuple):
@@ -100,9 +109,34 @@ def write_events(events: Iterable[GestureEvent], stream: TextIO) -> None:
 
 def write_lines(artifact: Artifact, decoding: Decoding, stream: TextIO) -> None:
     """Write OUT.jsonl: everything that is known of each frame, one object a line."""
+    events = events_by_frame(decoding)
     for frame in range(len(decoding.time)):
-        line = json.dumps(_frame(artifact, decoding, frame), ensure_ascii=False, allow_nan=False)
-        stream.write(line + "\n")
+        told = {**_frame(artifact, decoding, frame), "events": events.get(frame, [])}
+        stream.write(json.dumps(told, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def events_by_frame(decoding: Decoding) -> dict[int, list[dict[str, Any]]]:
+    """Events as plain data, by the frame in which each was decided."""
+    found: dict[int, list[dict[str, Any]]] = {}
+    for event in decoding.events:
+        at = np.flatnonzero(decoding.time >= event.decided - SAME_TIME)
+        told = {"gesture": event.name, **{name: _maybe(getattr(event, name)) for name in EVENT_COLUMNS[1:]}}
+        found.setdefault(int(at[0]) if len(at) else len(decoding.time) - 1, []).append(told)
+    return found
+
+
+def _maybe(value: float | None) -> float | None:
+    return None if value is None else _plain(value)
+
+
+def write_tracks(decoding: Decoding, stream: TextIO) -> None:
+    """Write OUT.tracks.csv: the tokens' filtered positions as a recording; a token without a track is not seen.
+
+    A frame whose time was refused is left out, because a recording's times rise.
+    """
+    kept = decoding.status != STATUS_ID["time-refused"]
+    names, points = tuple(decoding.manifest.tokens), decoding.filtered[kept]
+    write_csv(Recording(decoding.name, decoding.time[kept], names, points, up=decoding.report.get("up")), stream)
 
 
 def joint_units(artifact: Artifact) -> Array:
@@ -142,15 +176,21 @@ def candidates(artifact: Artifact, probability: Array) -> dict[str, dict[str, fl
     """Per machine the smallest set of states with 90 % of the posterior, or `any` where all are as good."""
     found: dict[str, dict[str, float] | str] = {}
     for machine, name in enumerate(artifact.manifest.machines):
-        share = probability[artifact.states(machine)]
-        order = np.argsort(-share, kind="stable")
-        mass = np.cumsum(share[order])
-        count = min(int(np.searchsorted(mass, SET_MASS * mass[-1] - 1e-6)) + 1, len(order)) if len(order) else 0
-        kept = np.flatnonzero(share >= share[order[count - 1]] * (1 - 1e-6)) if count else order[:0]
-        names = artifact.manifest.states[name]
-        kept = kept[np.argsort(-share[kept], kind="stable")]
-        everything = len(kept) == len(names) > 1
+        share, names = probability[artifact.states(machine)], artifact.manifest.states[name]
+        kept = credible_set(share)
+        everything = len(names) > 1 and (share >= share[kept[-1]] * (1 - TIE)).all()
         found[name] = "any" if everything else {names[s]: round(float(share[s]), 6) for s in kept if share[s] > 0}
+    return found
+
+
+def posteriors(artifact: Artifact, probability: Array) -> dict[str, dict[str, Any]]:
+    """Per machine the probabilities of its states, the most probable first, and what the others have together."""
+    found = {}
+    for machine, name in enumerate(artifact.manifest.machines):
+        share, names = probability[artifact.states(machine)], artifact.manifest.states[name]
+        kept = credible_set(share, POSTERIOR_MASS)[:MOST_POSTERIOR]
+        told = {names[s]: round(float(share[s]), 6) for s in kept if share[s] > 0}
+        found[name] = {"states": told, "rest": max(0.0, round(float(share.sum() - share[kept].sum()), 6))}
     return found
 
 
@@ -158,12 +198,15 @@ def _frame(artifact: Artifact, decoding: Decoding, frame: int) -> dict[str, Any]
     """Everything of one frame, as plain JSON."""
     manifest = artifact.manifest
     angles = decoding.joint_angle[frame] / joint_units(artifact)
+    probability = decoding.probability[frame].astype(float)
     return {
         "frame": frame,
         "time": _plain(decoding.time[frame]),
         "status": STATUSES[decoding.status[frame]].name,
+        **({"message": decoding.message[frame]} if decoding.message and decoding.message[frame] else {}),
         "states": _state_names(artifact, decoding.state[frame]),
-        "candidates": candidates(artifact, decoding.probability[frame].astype(float)),
+        "candidates": candidates(artifact, probability),
+        "posterior": posteriors(artifact, probability),
         "decided_frame": dict(zip(manifest.machines, map(int, decoding.decided_frame[frame]), strict=True)),
         "joints": dict(zip(manifest.joints, map(_plain, angles), strict=True)),
         "pose": _pose(decoding.pose_rotation[frame], decoding.pose_translation[frame]),
@@ -171,8 +214,8 @@ def _frame(artifact: Artifact, decoding: Decoding, frame: int) -> dict[str, Any]
         **_bodies(artifact, decoding.places, frame),
         "root_residual": _plain(decoding.root_residual[frame]),
         "poses": {name: (False, True, None)[v] for name, v in zip(manifest.poses, decoding.poses[frame], strict=True)},
-        "tokens": _tokens(manifest.tokens, decoding.measured[frame], decoding.filtered[frame]),
-        "why": {machine: _plain_why(why) for machine, why in decoding.why[frame].items()},
+        "tokens": _tokens(decoding, frame),
+        "why": _why(artifact, decoding, frame),
     }
 
 
@@ -198,19 +241,37 @@ def _bodies(artifact: Artifact, places: BodyPlaces | None, frame: int) -> dict[s
     return {"bodies": {body["name"]: {"pose": _pose(r, t), "scale": _plain(s)} for body, r, t, s in rows}}
 
 
-def _tokens(names: Sequence[str], measured: Array, filtered: Array) -> dict[str, Any]:
-    """The filtered position of every token that is tracked, and how far it was measured from there, m."""
+def _tokens(decoding: Decoding, frame: int) -> dict[str, Any]:
+    """Of every token that is tracked: where it is and how it moves, how far it came from where it was expected, m."""
     found = {}
-    for name, seen, smooth in zip(names, measured, filtered, strict=True):
+    rows = (decoding.measured, decoding.filtered, decoding.velocity, decoding.innovation, decoding.track)
+    for name, seen, smooth, speed, new, track in zip(decoding.manifest.tokens, *(r[frame] for r in rows), strict=True):
         if not np.isnan(smooth).any():
-            residual = None if np.isnan(seen).any() else _plains(seen - smooth)
-            found[name] = {"filtered": _plains(smooth), "residual": residual}
+            found[name] = {
+                "filtered": _plains(smooth),
+                "velocity": _plains(speed),
+                "innovation": _plains_or_none(new),
+                "residual": _plains_or_none(seen - smooth),
+                "track": TRACK_STATES[track],
+            }
     return found
 
 
-def _plain_why(why: Any) -> Mapping[str, Any]:
-    """Why a machine got its answer, with NaN and infinity as null."""
-    return {key: _plain(value) if isinstance(value, float) else value for key, value in why._asdict().items()}
+def _why(artifact: Artifact, decoding: Decoding, frame: int) -> dict[str, dict[str, Any]]:
+    """What each machine's answer rests on, as numbers and as a sentence; NaN and infinity as null."""
+    found = {}
+    for machine, name in enumerate(artifact.manifest.machines):
+        why = decoding.why[frame].get(name)
+        if why is not None:
+            share = decoding.probability[frame, artifact.states(machine)]
+            reason = reason_of(why, int(decoding.state[frame, machine]), artifact.manifest.states[name], share)
+            numbers = {k: _plain(v) if isinstance(v, float) else v for k, v in why._asdict().items()}
+            found[name] = {**numbers, "reason": reason}
+    return found
+
+
+def _plains_or_none(values: Array) -> list[float | None] | None:
+    return None if np.isnan(values).any() else _plains(values)
 
 
 def _plain(value: Any) -> float | None:

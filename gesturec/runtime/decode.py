@@ -16,6 +16,7 @@ from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.session import Session
 from gesturec.runtime.status import STATUS_ID, STATUSES
 from gesturec.runtime.step import BodyPlaces, Decoding, FrameRecord, Step
+from gesturec.runtime.tracker import LOST
 
 Array = NDArray[np.float64]
 MISFIT_SHARE: Final = 0.5  # of frames with a pose in which most seen machines misfit: then the take as a whole does
@@ -81,6 +82,9 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
         joint_angle=column("joint_angle", body.n_joint),
         measured=column("measured", body.n_token, 3),
         filtered=column("filtered", body.n_token, 3),
+        velocity=column("velocity", body.n_token, 3),
+        innovation=column("innovation", body.n_token, 3),
+        track=column("track", body.n_token, dtype=np.int32),
         decided_frame=column("decided_frame", machines, dtype=np.int32),
         root_residual=column("root_residual"),
         events=tuple(event for r in records for event in r.events),
@@ -90,6 +94,7 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
         manifest=session.artifact.manifest,
         name=getattr(recording, "name", ""),
         places=_places(records, len(session.artifact.manifest.bodies)),
+        message=tuple(step.message for step in steps),
     )
 
 
@@ -121,6 +126,9 @@ def _unknown(session: Session, step: Step) -> FrameRecord:
         joint_angle=np.full(body.n_joint, np.nan),
         measured=np.full((body.n_token, 3), np.nan),
         filtered=np.full((body.n_token, 3), np.nan),
+        velocity=np.full((body.n_token, 3), np.nan),
+        innovation=np.full((body.n_token, 3), np.nan),
+        track=np.full(body.n_token, LOST, np.int32),
         decided_frame=np.full(len(body.machines), -1, np.int32),
         root_residual=np.nan,
         poses=np.full(len(body.artifact.manifest.poses), 2, np.uint8),

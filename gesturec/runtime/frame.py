@@ -18,7 +18,8 @@ from gesturec.runtime.noise import Noise, learn_noise, learn_shape
 from gesturec.runtime.pose import PoseEstimate, SizeBelief
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.rigid import fit_rigid
-from gesturec.runtime.tracker import Track, Tracker
+from gesturec.runtime.tracker import Track
+from gesturec.runtime.tracking import TokenFilter
 
 
 class Memory(NamedTuple):
@@ -45,7 +46,7 @@ class Moment(NamedTuple):
 def take(
     body: Body,
     pose: PoseFilter,
-    tracker: Tracker,
+    tracker: TokenFilter,
     memory: Memory,
     size: SizeBelief,
     points: Points,
@@ -56,8 +57,7 @@ def take(
     dt = time - memory.time if math.isfinite(memory.time) else 0.0
     noise = learn_noise(memory.noise, points.measured, dt)
     points = points._replace(covariance=noise.of_tokens(body.own_noise, points.covariance))
-    deviation = np.sqrt(np.diagonal(points.covariance, axis1=1, axis2=2))
-    track = tracker.step(memory.track, points.measured, dt, deviation)
+    track = tracker.step(memory.track, points.measured, dt, points.covariance)
     root = body.root_tokens
     located = locate(pose, memory.located, points.measured[root], points.covariance[root], noise.shape_square, size, dt)
     noise = learn_shape(noise, *located.excess)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 METHODS: Final = ("kalata", "benedict-bordner", "critically-damped", "given")
+MANOEUVRE: Final = 6.0  # m/s^2: a finger closing in 0.4 s; smaller smooths more and lags more
 
 
 @dataclass(frozen=True)
@@ -26,13 +27,16 @@ class Gains:
     method: str = "kalata"
     alpha: float = 0.5
     beta: float = 0.1
-    manoeuvre: float = 6.0  # a finger closing in 0.4 s; smaller smooths more and lags more
+    manoeuvre: float = MANOEUVRE
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
             raise ValueError(f"gains `{self.method}` are none of {', '.join(METHODS)}")
-        if not (0 < self.alpha <= 1 and 0 <= self.beta < 4 - 2 * self.alpha):
-            raise ValueError(f"alpha {self.alpha:g} and beta {self.beta:g} make an unstable filter")
+        if not 0 < self.alpha <= 1:
+            raise ValueError(f"alpha is {self.alpha:g}; it is above 0 and at most 1")
+        if not 0 <= self.beta < 4 - 2 * self.alpha:
+            limit = f"{4 - 2 * self.alpha:g} (4 - 2 alpha)"
+            raise ValueError(f"beta is {self.beta:g}; it is 0 or more and below {limit}, else the filter is unstable")
 
 
 def alpha_beta(gains: Gains, dt: Array, deviation: Array) -> tuple[Array, Array]:

@@ -38,6 +38,11 @@ class Options:
         its candidates are. The default tells nearly all: the fewest errors where undecided counts as one.
     growing
         Whether the allowed set of `nearest` grows over a gap; False: the source paper's literal rule.
+    track
+        Filter of the tokens' tracks: ``kalata``, ``benedict-bordner``, ``critically-damped``, ``given`` or
+        ``kalman``; None: ``kalata``, and of the literal rule ``benedict-bordner`` with an alpha of 0.5.
+    alpha, beta
+        Gains of the filters that take them.
     names
         Names of the rows of arrays that will be given, if they have names.
     up
@@ -53,6 +58,9 @@ class Options:
     start: str | None = None
     sure: float = 0.1
     growing: bool = True
+    track: str | None = None
+    alpha: float | None = None
+    beta: float | None = None
     names: tuple[str, ...] | None = None
     up: str | None = None
 

@@ -42,6 +42,9 @@ def make_record(body: Body, shown: Shown, decisions: Sequence[Decision], up: str
         joint_angle=angles,
         measured=moment.points.measured,
         filtered=moment.track.position,
+        velocity=moment.track.velocity,
+        innovation=moment.track.innovation,
+        track=moment.track.state.astype(np.int32),
         decided_frame=np.where(state >= 0, moment.frame + np.array([d.delay for d in decisions], int), -1).astype(
             np.int32
         ),

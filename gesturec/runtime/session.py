@@ -22,7 +22,6 @@ from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.decoders import make_decoders
 from gesturec.runtime.emission import Points
 from gesturec.runtime.frame import Memory, literal_points, literal_pose, start_memory, take
-from gesturec.runtime.gains import Gains
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
 from gesturec.runtime.machines import Decoder, Shown, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
@@ -32,12 +31,11 @@ from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.record import make_record, make_step
 from gesturec.runtime.starting import start_masks
 from gesturec.runtime.step import Step
-from gesturec.runtime.tracker import Tracker
+from gesturec.runtime.tracking import make_tracker
 
 Given = ArrayLike | Mapping[str, ArrayLike]
 POSE_DEPTH: Final = 2  # frames whose poses later ones still improve; beyond, what they add does not show
 FARTHEST: Final = 1e6  # m; a coordinate beyond is no measurement, and its square would overflow
-LITERAL_GAINS: Final = Gains("benedict-bordner", alpha=0.5)  # of the source paper's rule
 
 
 class InputRefused(Exception):
@@ -80,7 +78,8 @@ class Session:
         self.cells: dict[str, int] = {}  # of each machine's lattice, chosen by the noise of the first frame
         self._size = start_size(self.options.scale)
         self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0)
-        self._tracker = Tracker(Gains() if self.options.growing else LITERAL_GAINS)
+        told = self.options
+        self._tracker = make_tracker(told.track, told.alpha, told.beta, literal=not told.growing)
         self._decoders: tuple[Decoder, ...] = ()
         self._memory: Memory
         self._window: list[Shown]

@@ -73,6 +73,9 @@ class FrameRecord:
     joint_angle: Array  # (n_joint,)
     measured: Array  # (n_token, 3), world
     filtered: Array  # (n_token, 3), world
+    velocity: Array  # (n_token, 3) m/s, of the filtered track
+    innovation: Array  # (n_token, 3) m, measured less predicted; NaN where unseen or new
+    track: NDArray[np.int32]  # (n_token,) index into `tracker.TRACK_STATES`
     decided_frame: NDArray[np.int32]  # (n_machine,)
     root_residual: float  # root mean square of the root tokens' residuals, m
     poses: NDArray[np.uint8]  # (n_pose,) 1 holds, 0 not, 2 unknown
@@ -149,7 +152,10 @@ class Decoding:
     scale: Array  # (n_frame,)
     joint_angle: Array  # (n_frame, n_joint) rad or m; NaN undecided
     measured: Array  # (n_frame, n_token, 3) m, world; NaN unseen
-    filtered: Array  # (n_frame, n_token, 3) m, world
+    filtered: Array  # (n_frame, n_token, 3) m, world; NaN while there is no track
+    velocity: Array  # (n_frame, n_token, 3) m/s, world
+    innovation: Array  # (n_frame, n_token, 3) m, measured less predicted; NaN where unseen or new
+    track: NDArray[np.int32]  # (n_frame, n_token) index into `tracker.TRACK_STATES`
     decided_frame: NDArray[np.int32]  # (n_frame, n_machine) frame that settled the state; -1 undecided
     root_residual: Array  # (n_frame,) m
     events: tuple[GestureEvent, ...]
@@ -159,3 +165,4 @@ class Decoding:
     manifest: Any  # the model's `artifact.manifest.Manifest`
     name: str = ""
     places: BodyPlaces | None = None  # of several bodies, whose pose above is NaN
+    message: tuple[str, ...] = ()  # one a frame: what was refused of it, in words; empty where nothing was

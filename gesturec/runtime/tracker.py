@@ -33,6 +33,7 @@ class Track(NamedTuple):
     state: NDArray[np.int64]  # (n_token,) index into TRACK_STATES
     sights: NDArray[np.int64]  # (n_token,) times seen since the track began
     since: Array  # (n_token,) s since it was last seen
+    covariance: Array | None = None  # (n_token, 6, 6) of position and velocity; None where the filter keeps none
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,10 @@ class Tracker:
         zero = np.zeros(n_token, dtype=np.int64)
         return Track(none, none, none, zero, zero, np.zeros(n_token))
 
-    def step(self, track: Track, measured: Array, dt: float, deviation: Array) -> Track:
-        """Advance by one frame; `deviation` (n_token, 3) is the noise of each axis, m."""
+    def step(self, track: Track, measured: Array, dt: float, covariance: Array) -> Track:
+        """Advance by one frame; of `covariance` (n_token, 3, 3), m^2, it takes the noise of each axis."""
         seen = seen_rows(measured)
+        deviation = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
         alive = (track.state != LOST) & (track.since + dt <= self.coast)
         since = track.since + dt
         predicted = track.position + _travel(track.velocity, track.since, dt)
@@ -61,7 +63,7 @@ class Tracker:
         position = np.where(alive[:, None], predicted + np.where(seen[:, None], alpha, 0) * s, measured)
         velocity = np.where(alive[:, None], _faded(track.velocity, track.since), 0.0)
         velocity = velocity + np.where((seen & alive)[:, None], beta / np.maximum(since, 1e-9)[:, None] * s, 0)
-        state = _track_state(seen, alive, sights)
+        state = track_state(seen, alive, sights)
         gone = state == LOST
         position[gone], velocity[gone] = np.nan, np.nan
         return Track(position, velocity, innovation, state, np.where(gone, 0, sights), np.where(seen, 0.0, since))
@@ -74,7 +76,8 @@ class Tracker:
         return alpha, np.where(young, np.maximum(steady[1], first[1][:, None]), steady[1])
 
 
-def _track_state(seen: NDArray[np.bool_], alive: NDArray[np.bool_], sights: NDArray[np.int64]) -> NDArray[np.int64]:
+def track_state(seen: NDArray[np.bool_], alive: NDArray[np.bool_], sights: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Index into `TRACK_STATES` of tokens that were seen or not, whose track is alive or not."""
     confirmed = sights >= CONFIRM_AFTER
     state = np.where(seen, np.where(confirmed, CONFIRMED, TENTATIVE), np.where(alive, COASTING, LOST))
     return state.astype(np.int64)

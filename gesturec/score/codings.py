@@ -39,11 +39,13 @@ class Coding:
     out, truth
         State ids on every frame of the truth, shape (n,); -1 undecided or without a frame.
     block
-        Run of the truth that the frame belongs to, shape (n,); no run spans takes.
+        Run of the truth that the frame belongs to, or its take, shape (n,); no run spans takes.
     runs
         Per take the runs of (out, truth).
     within_one
         Whether both are decided and no joint is further than one level apart; None without levels.
+    by_take
+        Whether `block` counts takes.
     """
 
     name: str
@@ -52,10 +54,11 @@ class Coding:
     block: Ints
     runs: tuple[tuple[Runs, Runs], ...]
     within_one: Mask | None
+    by_take: bool = False
 
 
-def code_machine(name: str, takes: Sequence[Matched], levels: Levels | None) -> Coding:
-    """Put the states of one machine to ids and count its runs."""
+def code_machine(name: str, takes: Sequence[Matched], levels: Levels | None, *, by_take: bool = False) -> Coding:
+    """Put the states of one machine to ids and count its runs; with `by_take` a block is a take."""
     ids = {UNDECIDED: -1}
     outs, truths, runs = [], [], []
     for take in takes:
@@ -67,7 +70,7 @@ def code_machine(name: str, takes: Sequence[Matched], levels: Levels | None) -> 
         runs.append((runs_of(whole[spanned], take.out.time[spanned]), runs_of(truth, take.truth.time)))
     out, truth = np.concatenate(outs), np.concatenate(truths)
     within = None if levels is None else _within_one(out, truth, list(ids)[1:], levels)
-    return Coding(name, out, truth, blocks_of(truths), tuple(runs), within)
+    return Coding(name, out, truth, blocks_of(truths, by_take=by_take), tuple(runs), within, by_take)
 
 
 def _ids(names: Sequence[str], ids: dict[str, int]) -> Ints:
@@ -84,8 +87,10 @@ def _spanned(take: Matched) -> Mask:
     return inside
 
 
-def blocks_of(truths: Sequence[Ints]) -> Ints:
-    """Numbers of the runs, each take beginning a new one; the concatenation of `truths`."""
+def blocks_of(truths: Sequence[Ints], *, by_take: bool = False) -> Ints:
+    """Numbers of the runs, each take beginning a new one, or of the takes; the concatenation of `truths`."""
+    if by_take:
+        return np.repeat(np.arange(len(truths)), [len(truth) for truth in truths])
     starts = [np.concatenate([[True], np.diff(truth) != 0]) for truth in truths if len(truth)]
     return np.cumsum(np.concatenate(starts)) - 1 if starts else np.zeros(0, dtype=np.int64)
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.score.codings import Coding
-from gesturec.score.report import Delays, Edits, Kappa, MachineScore, SetScore
+from gesturec.score.report import Kappa, MachineScore, SetScore
 from gesturec.score.sequences import delays_of, edits_between
-from gesturec.score.shares import agreement, share_of
+from gesturec.score.shares import agreement, interval_of_sums, share_of
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -34,7 +34,7 @@ class SetCoding(NamedTuple):
 def machine_score(coding: Coding, sets: SetCoding | None) -> MachineScore:
     """All measures of one machine."""
     kappa = agreement(coding.out, coding.truth, coding.block)
-    return _score(coding, kappa, edits_between(list(coding.runs)), delays_of(list(coding.runs)), sets)
+    return _score(coding, kappa, len(coding.runs), sets)
 
 
 def overall_score(codings: Sequence[Coding], sets: Sequence[SetCoding | None], body: Ints) -> MachineScore:
@@ -48,11 +48,13 @@ def overall_score(codings: Sequence[Coding], sets: Sequence[SetCoding | None], b
         np.tile(body, len(codings)),
         tuple(runs),
         np.concatenate(within) if len(within) == len(codings) else None,
+        codings[0].by_take,
     )
-    return _score(pooled, _body_kappa(codings, body), edits_between(runs), delays_of(runs), _pooled_sets(sets))
+    return _score(pooled, _body_kappa(codings, body), len(codings[0].runs), _pooled_sets(sets))
 
 
-def _score(coding: Coding, kappa: Kappa, edits: Edits, delays: Delays, sets: SetCoding | None) -> MachineScore:
+def _score(coding: Coding, kappa: Kappa, n_take: int, sets: SetCoding | None) -> MachineScore:
+    runs = list(coding.runs)
     asked, decided = coding.truth >= 0, coding.out >= 0
     exact = asked & (coding.out == coding.truth)
     return MachineScore(
@@ -61,8 +63,8 @@ def _score(coding: Coding, kappa: Kappa, edits: Edits, delays: Delays, sets: Set
         within_one=None if coding.within_one is None else share_of(coding.within_one, asked, coding.block),
         decided=share_of(decided, asked, coding.block),
         exact_of_decided=share_of(exact, asked & decided, coding.block),
-        edits=edits,
-        delays=delays,
+        edits=edits_between(runs, n_take),
+        delays=delays_of(runs, n_take if coding.by_take else None),
         kappa=kappa,
         sets=None if sets is None else _set_score(sets, asked, coding.block),
     )
@@ -74,7 +76,12 @@ def _set_score(sets: SetCoding, asked: Mask, block: Ints) -> SetScore | None:
         return None
     sizes = sets.size[kept & np.isfinite(sets.size)]
     mean, median = (float(np.mean(sizes)), float(np.median(sizes))) if len(sizes) else (np.nan, np.nan)
-    return SetScore(share_of(sets.holds, kept, block), mean, median)
+    sized = kept & np.isfinite(sets.size)
+    n_block = int(block.max()) + 1
+    frames = np.bincount(block[sized], minlength=n_block).astype(np.float64)
+    sums = np.bincount(block[sized], sets.size[sized], n_block).astype(np.float64)
+    interval = interval_of_sums(sums, frames)
+    return SetScore(share_of(sets.holds, kept, block), mean, median, interval)
 
 
 def _pooled_sets(sets: Sequence[SetCoding | None]) -> SetCoding | None:

@@ -1,16 +1,20 @@
 """Errors of the decoded pose: angle between the frames, distance of their origins.
 
-In: unit quaternions (x, y, z, w) and origins of both sides for the same frames. Out: `PoseScore`.
+In: unit quaternions (x, y, z, w), origins and sizes of both sides for the same frames. Out: `PoseScore`.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.score.report import PoseScore
+from gesturec.score.shares import interval_of_median
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 
 def rotation_between(a: Floats, b: Floats) -> Floats:
@@ -27,13 +31,20 @@ def rotation_between(a: Floats, b: Floats) -> Floats:
     return angle
 
 
-def pose_score(out: tuple[Floats, Floats], truth: tuple[Floats, Floats]) -> PoseScore | None:
-    """Errors over the frames where both have a pose; None where there is no such frame.
+class Places(NamedTuple):
+    """One side's quaternions (n, 4), origins (n, 3) in m and sizes of the body (n,); NaN is unknown."""
 
-    Each side is (quaternions (n, 4), origins (n, 3) in m); NaN is unknown.
-    """
-    angle = rotation_between(out[0], truth[0])
-    distance = np.linalg.norm(out[1] - truth[1], axis=1)
+    quaternion: Floats
+    position: Floats
+    scale: Floats
+
+
+def pose_score(out: Places, truth: Places, block: Ints) -> PoseScore | None:
+    """Errors over the frames where both have a pose; None where there is no such frame. `block` (n,) is drawn whole."""
+    angle = rotation_between(out.quaternion, truth.quaternion)
+    distance = np.linalg.norm(out.position - truth.position, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        size = 100 * np.abs(out.scale / truth.scale - 1)
     known = np.isfinite(angle) & np.isfinite(distance)
     if not known.any():
         return None
@@ -44,4 +55,7 @@ def pose_score(out: tuple[Floats, Floats], truth: tuple[Floats, Floats]) -> Pose
         float(np.quantile(angle_deg, 0.95)),
         float(np.median(distance_mm)),
         float(np.quantile(distance_mm, 0.95)),
+        interval_of_median(angle_deg, block[known]),
+        interval_of_median(distance_mm, block[known]),
+        float(np.median(size[np.isfinite(size)])) if np.isfinite(size).any() else np.nan,
     )

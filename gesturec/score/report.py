@@ -2,7 +2,8 @@
 
 In: nothing but numbers that the other files of this package computed. Out: `ScoreReport.text()` for people
 and `ScoreReport.json()` for programs, which say the same. Shares carry two 95 % intervals, because
-frames are not independent: Wilson's, which holds if they were, and a bootstrap over runs of the truth.
+frames are not independent: Wilson's, which holds if they were, and a bootstrap over blocks: over takes where there are
+enough of them, else over runs of the truth. `ScoreReport.blocks` says which.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Any
+from typing import Any, Final
 
 Interval = tuple[float, float]
+NO_INTERVAL: Final[Interval] = (math.nan, math.nan)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +41,7 @@ class Edits:
     sequences: int
     truth_runs: int  # runs of the true sequences, all together
     out_runs: int
+    interval: Interval = NO_INTERVAL  # of the mean, bootstrap over takes
 
     @property
     def mean(self) -> float:
@@ -55,6 +58,7 @@ class Delays:
     median: float
     p05: float
     p95: float
+    interval: Interval = NO_INTERVAL  # of the median, bootstrap over blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +68,7 @@ class SetScore:
     coverage: Share
     mean_size: float
     median_size: float
+    interval: Interval = NO_INTERVAL  # of the mean size, bootstrap over blocks
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +76,7 @@ class Kappa:
     """Cohen's kappa over the frames that both decided; NaN where chance alone explains everything."""
 
     value: float
-    interval: Interval  # bootstrap over runs
+    interval: Interval  # bootstrap over blocks
     frames: int
 
 
@@ -92,13 +97,16 @@ class MachineScore:
 
 @dataclass(frozen=True, slots=True)
 class PoseScore:
-    """Errors of the intrinsic frame's pose, over frames where both have one."""
+    """Errors of the intrinsic frame's pose, over frames where both have one; intervals are of the medians."""
 
     frames: int
     rotation_median_deg: float
     rotation_p95_deg: float
     position_median_mm: float
     position_p95_mm: float
+    rotation_interval_deg: Interval = NO_INTERVAL
+    position_interval_mm: Interval = NO_INTERVAL
+    size_median_percent: float = math.nan  # of the body's size, over frames where both know it
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +153,7 @@ class ScoreReport:
     events: tuple[EventScore, ...]  # the first is all names together
     event_tolerance: float  # s
     levels_from: str
+    blocks: str  # what a bootstrap draws: `takes` or `runs of the truth`
     seed: int
     resamples: int
     notes: tuple[str, ...]
@@ -227,7 +236,10 @@ def _state_lines(report: ScoreReport) -> list[str]:
     lines = ["", *_table(head, rows)]
     sets = [(m, m.sets) for m in (*report.machines, report.overall) if m.sets is not None]
     if sets:
-        rows = [(m.name, percent(s.coverage), _number(s.mean_size), _number(s.median_size)) for m, s in sets]
+        rows = [
+            (m.name, percent(s.coverage), _number(s.mean_size) + _bracket(s.interval), _number(s.median_size))
+            for m, s in sets
+        ]
         lines += ["", *_table(("machine", "true state in the set %", "mean size", "median size"), rows)]
     return lines
 
@@ -240,10 +252,25 @@ def _state_row(machine: MachineScore) -> tuple[str, ...]:
         percent(machine.within_one),
         percent(machine.decided),
         percent(machine.exact_of_decided),
-        f"{'-' if machine.edits.total is None else machine.edits.total} of {machine.edits.truth_runs}",
-        f"{_number(delays.median)} ({delays.found}/{delays.transitions})",
-        _number(machine.kappa.value, ".3f"),
+        _edits_text(machine.edits),
+        f"{_number(delays.median)}{_bracket(delays.interval)} of {delays.found}/{delays.transitions}",
+        _number(machine.kappa.value, ".3f") + _bracket(machine.kappa.interval, ".2f"),
     )
+
+
+def _edits_text(edits: Edits) -> str:
+    """`4 of 7`, and of several takes the mean a sequence: `4 of 70, 0.4 (0.1-0.8) each`."""
+    total = "-" if edits.total is None else str(edits.total)
+    each = f", {_number(edits.mean)}{_bracket(edits.interval)} each" if not math.isnan(edits.interval[0]) else ""
+    return f"{total} of {edits.truth_runs}{each}"
+
+
+def _bracket(interval: Interval, form: str = ".3g") -> str:
+    """` (0.1-0.8)`, or nothing where there is no interval."""
+    low, high = (value + 0.0 for value in interval)
+    if math.isnan(low):
+        return ""
+    return f" ({low:{form}} to {high:{form}})" if low < 0 else f" ({low:{form}}-{high:{form}})"
 
 
 def _pose_lines(report: ScoreReport) -> list[str]:
@@ -252,8 +279,11 @@ def _pose_lines(report: ScoreReport) -> list[str]:
         return []
     return [
         "",
-        f"pose over {pose.frames} frames: {pose.rotation_median_deg:.3g} deg (95 %: {pose.rotation_p95_deg:.3g}), "
-        f"{pose.position_median_mm:.3g} mm (95 %: {pose.position_p95_mm:.3g})",
+        f"pose over {pose.frames} frames, medians: "
+        f"{pose.rotation_median_deg:.3g} deg{_bracket(pose.rotation_interval_deg)}, "
+        f"{pose.position_median_mm:.3g} mm{_bracket(pose.position_interval_mm)}; "
+        f"95 % of frames below {pose.rotation_p95_deg:.3g} deg, {pose.position_p95_mm:.3g} mm"
+        + ("" if math.isnan(pose.size_median_percent) else f"; size off by {pose.size_median_percent:.3g} %"),
     ]
 
 
@@ -278,11 +308,13 @@ def _event_lines(report: ScoreReport) -> list[str]:
 
 
 def _foot(report: ScoreReport) -> list[str]:
-    lines = ["", "in brackets: the wider of two 95 % intervals, Wilson's and a bootstrap over runs of the truth "]
-    lines[-1] += f"(seed {report.seed}, {report.resamples} draws)"
+    lines = ["", "in brackets: the wider of two 95 % intervals, Wilson's and a bootstrap over "]
+    lines[-1] += f"{report.blocks}; of other numbers the bootstrap's "
+    lines[-1] += f"(seed {report.seed}, {report.resamples} draws, of medians and kappa {report.resamples // 10})"
     if report.overall is not None:
         lines.append(
-            "edits: insertions, deletions and changes that make the truth's runs of the output's, in all takes"
+            "edits: insertions, deletions and changes that make the truth's runs of the output's, in all takes; "
+            "where there are several takes their mean a sequence, with its interval over takes"
         )
     if len(report.machines) > 1:
         lines.append(

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gesturec.diagnostics.errors import InputError
 from gesturec.score.codings import Coding, Matched, blocks_of, code_machine, joint_truth
@@ -20,11 +21,19 @@ from gesturec.score.events import TakeEvents, event_scores
 from gesturec.score.levels import Levels, levels_from_files, levels_from_model, states_of
 from gesturec.score.machines import SetCoding, machine_score, overall_score
 from gesturec.score.matching import default_tolerance, match_frames
-from gesturec.score.poses import pose_score
+from gesturec.score.poses import Places, pose_score
 from gesturec.score.projection import joints_of, known_labels, project
 from gesturec.score.report import EventScore, Matching, PoseScore, ScoreReport
-from gesturec.score.shares import RESAMPLES, SEED
-from gesturec.score.tables import UNDECIDED, CandidateTable, parse_events, read_candidates, read_rows, read_states
+from gesturec.score.shares import FEWEST_TAKES, RESAMPLES, SEED
+from gesturec.score.tables import (
+    UNDECIDED,
+    CandidateTable,
+    StateTable,
+    parse_events,
+    read_candidates,
+    read_rows,
+    read_states,
+)
 from gesturec.score.takes import TakeFiles, find_takes
 
 if TYPE_CHECKING:
@@ -79,18 +88,21 @@ def score(out_path: str | Path, truth_path: str | Path, options: ScoreOptions = 
     names = _common_machines(takes, options, notes) if takes else ()
     sets = [_code_sets(name, takes, files, options) for name in names]  # of whole states, whichever joints are compared
     takes, levels = _levels(takes, names, options, notes)
-    codings = [code_machine(name, takes, levels[name]) for name in names]
+    by_take = len(takes) >= FEWEST_TAKES
+    codings = [code_machine(name, takes, levels[name], by_take=by_take) for name in names]
     lengths = [len(take.truth.time) for take in takes]
+    body = blocks_of(joint_truth(codings, lengths), by_take=by_take) if codings else np.zeros(sum(lengths), np.int64)
     return ScoreReport(
         out=str(out_path),
         truth=str(truth_path),
         matching=_matching(takes) if takes else None,
-        overall=overall_score(codings, sets, blocks_of(joint_truth(codings, lengths))) if codings else None,
+        overall=overall_score(codings, sets, body) if codings else None,
         machines=tuple(machine_score(coding, one) for coding, one in zip(codings, sets, strict=True)),
-        pose=_pose(takes) if takes else None,
+        pose=_pose(takes, body, notes) if takes else None,
         events=_events(files, options, notes),
         event_tolerance=options.event_tolerance,
         levels_from=_levels_from(codings, options),
+        blocks="takes" if by_take else "runs of the truth",
         seed=SEED,
         resamples=RESAMPLES,
         notes=tuple(notes),
@@ -145,6 +157,7 @@ def _levels(
 ) -> tuple[list[Matched], dict[str, Levels | None]]:
     """Levels of every machine's states; the tables renamed where only some joints are compared."""
     levels: dict[str, Levels | None] = {}
+    _check_joints(takes, names, options)
     for name in names:
         joints = joints_of(name, takes[0].truth, options.joints, options.artifact) if options.joints else ()
         if options.joints and not joints:
@@ -160,6 +173,16 @@ def _levels(
         else:
             levels[name] = levels_from_model(options.artifact, name)
     return takes, levels
+
+
+def _check_joints(takes: Sequence[Matched], names: Sequence[str], options: ScoreOptions) -> None:
+    """Refuse a joint that no machine has: it was most likely misspelt."""
+    for joint in options.joints:
+        if names and not any(joints_of(name, takes[0].truth, (joint,), options.artifact) for name in names):
+            there = some_names(takes[0].truth.joints)
+            raise InputError(
+                f"no machine that is compared has a joint `{joint}`; there are: {there}", takes[0].truth.path
+            )
 
 
 def _levels_from(codings: Sequence[Coding], options: ScoreOptions) -> str:
@@ -193,12 +216,20 @@ def _matching(takes: Sequence[Matched]) -> Matching:
     )
 
 
-def _pose(takes: Sequence[Matched]) -> PoseScore | None:
-    parts = [(take, np.flatnonzero(take.out_frame >= 0)) for take in takes]
-    out = [(take.out.quaternion[take.out_frame[at]], take.out.position[take.out_frame[at]]) for take, at in parts]
-    truth = [(take.truth.quaternion[at], take.truth.position[at]) for take, at in parts]
-    joined = [tuple(np.concatenate(column) for column in zip(*side, strict=True)) for side in (out, truth)]
-    return pose_score((joined[0][0], joined[0][1]), (joined[1][0], joined[1][1]))
+def _pose(takes: Sequence[Matched], body: NDArray[np.int64], notes: list[str]) -> PoseScore | None:
+    """Errors of pose and size over all takes; `body` has the block of every frame of the truth."""
+    if any("." in name for name in takes[0].truth.machines):
+        notes.append("the poses of several bodies are not compared")
+    found = [np.flatnonzero(take.out_frame >= 0) for take in takes]
+    matched = np.concatenate([take.out_frame >= 0 for take in takes])
+    out = [_places(take.out, take.out_frame[at]) for take, at in zip(takes, found, strict=True)]
+    truth = [_places(take.truth, at) for take, at in zip(takes, found, strict=True)]
+    joined = [Places(*(np.concatenate(column) for column in zip(*side, strict=True))) for side in (out, truth)]
+    return pose_score(joined[0], joined[1], body[matched])
+
+
+def _places(table: StateTable, at: NDArray[np.int64]) -> Places:
+    return Places(table.quaternion[at], table.position[at], table.scale[at])
 
 
 def _code_sets(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.score.report import Delays, Edits
+from gesturec.score.shares import interval_of_median, interval_of_sums
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -55,26 +56,32 @@ def levenshtein(a: Ints, b: Ints) -> int:
     return int(row[-1])
 
 
-def edits_between(pairs: list[tuple[Runs, Runs]]) -> Edits:
-    """Edits from each sequence of the output to that of the truth; pairs are (out, truth)."""
-    total: int | None = 0
-    for out, truth in pairs:
-        if max(len(out.state), len(truth.state)) > MAX_RUNS:
-            total = None
-        if total is not None:
-            total += levenshtein(out.state, truth.state)
+def edits_between(pairs: list[tuple[Runs, Runs]], n_take: int | None = None) -> Edits:
+    """Edits from each sequence of the output to that of the truth; pairs are (out, truth), take by take.
+
+    With several machines the takes come again: pair k is of take ``k % n_take``.
+    """
     truth_runs, out_runs = (sum(len(pair[side].state) for pair in pairs) for side in (1, 0))
-    return Edits(total, len(pairs), truth_runs, out_runs)
+    if any(max(len(out.state), len(truth.state)) > MAX_RUNS for out, truth in pairs):
+        return Edits(None, len(pairs), truth_runs, out_runs)
+    edits = [levenshtein(out.state, truth.state) for out, truth in pairs]
+    by_take = np.array(edits, dtype=float).reshape(-1, n_take or max(1, len(pairs)))
+    interval = interval_of_sums(by_take.sum(axis=0), np.full(by_take.shape[1], float(len(by_take))))
+    return Edits(sum(edits), len(pairs), truth_runs, out_runs, interval)
 
 
-def delays_of(pairs: list[tuple[Runs, Runs]]) -> Delays:
+def delays_of(pairs: list[tuple[Runs, Runs]], n_take: int | None = None) -> Delays:
     """Delay of every transition of the truth; pairs are (out, truth).
+
+    The interval of the median draws transitions; with `n_take` it draws takes, and pair k is of take ``k % n_take``.
 
     A transition into state b is found at the onset of b in the output that is nearest to it among those
     between the onset of the run before and the end of the run of b: earlier or later ones belong to others.
     """
-    transitions, delays = 0, []
-    for out, truth in pairs:
+    transitions = 0
+    delays: list[float] = []
+    block: list[int] = []
+    for number, (out, truth) in enumerate(pairs):
         transitions += max(len(truth.state) - 1, 0)
         for k in range(1, len(truth.state)):
             onset = out.start[
@@ -82,8 +89,10 @@ def delays_of(pairs: list[tuple[Runs, Runs]]) -> Delays:
             ]
             if len(onset):
                 late = onset - truth.start[k]
+                block.append(len(delays) if n_take is None else number % n_take)
                 delays.append(float(late[np.abs(late).argmin()]))
     if not delays:
         return Delays(transitions, 0, np.nan, np.nan, np.nan)
     low, middle, high = np.quantile(delays, (0.05, 0.5, 0.95))
-    return Delays(transitions, len(delays), float(middle), float(low), float(high))
+    interval = interval_of_median(np.array(delays), np.array(block))
+    return Delays(transitions, len(delays), float(middle), float(low), float(high), interval)

@@ -2,7 +2,7 @@
 
 In: counts, or per-frame truths with the block (run) that each frame belongs to. Out: `Share` and `Kappa`.
 Neighbouring frames of a recording are nearly the same frame, so an interval that takes them for
-independent is far too narrow; the block bootstrap draws whole runs of the true state instead
+independent is far too narrow; the block bootstrap draws whole takes, or runs of the true state, instead
 (Kuensch 1989, with blocks given by the data). References: Wilson 1927; Cohen 1960.
 """
 
@@ -15,12 +15,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.score.report import Interval, Kappa, Share
+from gesturec.score.report import NO_INTERVAL, Interval, Kappa, Share
 
 SEED: Final = 20070  # of every bootstrap; stated in the report
 RESAMPLES: Final = 2000
 Z95: Final = 1.959963984540054  # normal quantile of 0.975
-NOTHING: Final[Interval] = (math.nan, math.nan)
+NOTHING: Final = NO_INTERVAL
+FEWEST_TAKES: Final = 6  # from which on a bootstrap draws takes: of fewer its interval is far too narrow
 _DRAWN_AT_ONCE: Final = 1_000_000  # bounds the memory of the index array
 
 Mask = NDArray[np.bool_]
@@ -62,7 +63,7 @@ def share_of(hit: Mask, asked: Mask, block: Ints) -> Share:
     return Share(count, size, wilson(count, size), _bootstrap_ratio(both[kept], total[kept]))
 
 
-def _bootstrap_ratio(numerator: Ints, denominator: Ints) -> Interval:
+def _bootstrap_ratio(numerator: Ints | Floats, denominator: Ints | Floats) -> Interval:
     """Percentile interval of sum(numerator) / sum(denominator) when blocks are drawn with replacement."""
     if len(denominator) < 2:  # one block says nothing of how blocks vary
         return NOTHING
@@ -70,6 +71,30 @@ def _bootstrap_ratio(numerator: Ints, denominator: Ints) -> Interval:
         numerator[index].sum(axis=1) / denominator[index].sum(axis=1) for index in _draws(len(denominator), RESAMPLES)
     ]
     low, high = np.quantile(np.concatenate(drawn), (0.025, 0.975))
+    return float(low), float(high)
+
+
+def interval_of_sums(numerator: Floats, denominator: Floats) -> Interval:
+    """95 % interval of a ratio of sums over blocks, (n_block,); NaN for fewer than two blocks with a denominator."""
+    kept = denominator > 0
+    return _bootstrap_ratio(numerator[kept], denominator[kept])
+
+
+def interval_of_median(values: Floats, block: Ints) -> Interval:
+    """95 % interval of the median of values (n,) whose blocks, (n,), are drawn whole; NaN for fewer than two."""
+    blocks, block_id = np.unique(block, return_inverse=True)
+    if len(blocks) < 2:
+        return NOTHING
+    order = np.argsort(block_id, kind="stable")
+    start = np.searchsorted(block_id[order], np.arange(len(blocks) + 1))
+    by_block = [values[order[a:b]] for a, b in pairwise(start)]
+    # each draw costs a pass over the values, so there are fewer
+    drawn = [
+        np.median(np.concatenate([by_block[k] for k in index]))
+        for piece in _draws(len(blocks), RESAMPLES // 10)
+        for index in piece
+    ]
+    low, high = np.quantile(drawn, (0.025, 0.975))
     return float(low), float(high)
 
 

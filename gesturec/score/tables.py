@@ -55,6 +55,8 @@ class StateTable:
         Joint values in the author's units, shape (n, n_joint); NaN undecided.
     quaternion, position
         Intrinsic frame to world, shapes (n, 4) as x, y, z, w and (n, 3) in m; NaN unknown.
+    scale
+        Size of the body over the model's, shape (n,); NaN unknown.
     refused
         How many rows were marked as refused for their time, and left out.
     """
@@ -67,6 +69,7 @@ class StateTable:
     angle: Floats
     quaternion: Floats
     position: Floats
+    scale: Floats
     refused: int
 
 
@@ -166,6 +169,7 @@ def parse_states(rows: Rows, machines: Sequence[str] | None = None) -> StateTabl
         angle=_columns(kept, joints),
         quaternion=_columns(kept, QUATERNION),
         position=_columns(kept, POSITION),
+        scale=_columns(kept, ("scale",))[:, 0],
         refused=len(rows.rows) - len(kept.rows),
     )
 

@@ -16,6 +16,7 @@ STATES: Final = ".states.csv"
 TRUTH: Final = ".truth.csv"
 EVENTS: Final = ".events.csv"
 LINES: Final = ".jsonl"
+NO_TABLES: Final = (LINES, ".html", ".gcm", ".yaml", ".npz")  # what lies beside tables and is named by mistake
 
 
 class TakeFiles(NamedTuple):
@@ -48,6 +49,9 @@ def _named(path: Path, suffixes: tuple[str, ...]) -> Path:
 
 
 def _take_of_files(out: Path, truth: Path) -> TakeFiles:
+    for path in (out, truth):
+        if path.suffix.lower() in NO_TABLES:
+            raise InputError(f"is no table: what is compared are NAME{STATES} or NAME{TRUTH}, or events", path)
     out_is_events, truth_is_events = is_events(read_rows(out)), is_events(read_rows(truth))
     if out_is_events or truth_is_events:
         out_events = out if out_is_events else _sibling(out, EVENTS)

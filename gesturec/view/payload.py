@@ -11,16 +11,17 @@ model           `{name, description, digest}`
 up              the world's upward direction `[x, y, z]`, or null where nobody said it
 frames          `{count, every, time, rate, status, pose, scale}`: `every` k says that every k-th frame of the take is
                 here; `pose` packed (frame, 12), rotation by rows then translation, NaN unknown
-statuses        `[[name, doc], ...]`; `frames.status` counts in them
+statuses        `[[name, doc, help], ...]`; `frames.status` counts in them
 camera          from where the body is first looked at, `camera.first_camera`
 body            `{nodes, machine, bones, whisker, hulls, owner}`, nodes packed points (frame, node, 3), intrinsic frame,
                 scaled; of several bodies in the world, with `frames.pose` none, `frames.located` packed (frame, body)
                 and `owner` the body of each node; `hulls` the root part's nodes of each
 tokens          `{names, colors, node, machine, measured}`, a color null where none is given, measured packed points
                 (frame, token, 3) in the world
-machines        list of `{name, states, colors, joints, state, status, fit, candidate, probability, possible, graph}`;
-                `candidate` (frame, 6) the most probable states, -1 none; `probability` in 255ths; `possible` how many
-                there are; `fit` (frame, 3) chi-square, its limit, frames until decided
+machines        list of `{name, states, colors, joints, state, status, fit, candidate, probability, possible, inside,
+                graph}`; `candidate` (frame, 6) the most probable states, -1 none; `probability` in 255ths; `possible`
+                how many there are; `inside` how many of them the 90 % set has; `fit` (frame, 5) chi-square, its limit,
+                frames until decided, tokens seen, states within reach
 machine.graph   null if there are too many states, else the layout (`layout.types.GraphLayout`) with `successors`
 events          `[{name, start, end, decided, confidence}]`
 poses           `[{name, value: packed (frame,)}]` of poses that hold in some frame
@@ -36,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.kinematics import chain_of, complete_angles
+from gesturec.runtime.decision import SET_MASS
 from gesturec.runtime.status import STATUS_ID, STATUSES
 from gesturec.view.camera import first_camera
 from gesturec.view.colors import machine_color
@@ -61,6 +63,8 @@ MOST_GRAPH_STATES: Final = 2000
 MOST_TRANSITIONS: Final = 200_000
 # A candidate less probable than this is not counted as possible
 LEAST_PROBABILITY: Final = 1e-3
+# What a sum of single-precision probabilities is off by at most
+ROUNDING: Final = 1e-6
 # States of each machine from which it is told where its limbs mostly are
 SAMPLED_STATES: Final = 64
 
@@ -82,7 +86,7 @@ def page_payload(artifact: Artifact, decoding: Decoding, title: str, up: str | N
         "model": {"name": manifest.name, "description": manifest.description, "digest": manifest.digest},
         "up": None if up is None else _AXES[up],
         "frames": _frames(decoding, frames, every),
-        "statuses": [[status.name, status.doc] for status in STATUSES],
+        "statuses": [[status.name, status.doc, status.help] for status in STATUSES],
         "camera": _camera(artifact, skeleton, decoding, nodes, None if up is None else np.array(_AXES[up])),
         "body": _body(skeleton, nodes),
         "tokens": _tokens(artifact, skeleton, decoding, frames),
@@ -226,6 +230,7 @@ def _machine(artifact: Artifact, decoding: Decoding, frames: NDArray[np.int64], 
         "candidate": pack(candidate, "i4"),
         "probability": pack(probability, "u1"),
         "possible": pack(np.minimum(possible, 65535), "u2"),
+        "inside": pack(np.minimum(_set_sizes(decoding.probability[frames, artifact.states(machine)]), 65535), "u2"),
         **_why(tables, decoding, frames),
         "graph": None if graph is None else _graph(graph, tables),
     }
@@ -240,14 +245,21 @@ def _candidates(probability: NDArray[np.float32]) -> tuple[NDArray[np.int64], ND
     return order, np.round(255 * np.clip(value, 0, 1)), (known >= LEAST_PROBABILITY).sum(axis=1)
 
 
+def _set_sizes(probability: NDArray[np.float32]) -> NDArray[np.int64]:
+    """How many states the 90 % set of every frame has; 0 where nothing is known."""
+    ranked = -np.sort(-np.nan_to_num(probability).astype(float), axis=1)
+    before = np.cumsum(ranked, axis=1) - ranked
+    return np.asarray(((before < SET_MASS - ROUNDING) & (ranked > 0)).sum(axis=1))
+
+
 def _why(tables: MachineTables, decoding: Decoding, frames: NDArray[np.int64]) -> dict[str, Packed]:
     """The machine's own status in each frame (255: none told), and what its answer rests on."""
     told = [decoding.why[frame].get(tables.name) if frame < len(decoding.why) else None for frame in frames.tolist()]
-    nothing = (math.nan, math.nan, math.nan)
-    fit = [nothing if why is None else (why.chi_square, why.limit, why.delay) for why in told]
+    nothing = (math.nan,) * 5
+    fit = [nothing if why is None else (why.chi_square, why.limit, why.delay, why.seen, why.reachable) for why in told]
     return {
         "status": pack([255 if why is None else STATUS_ID.get(why.status, 255) for why in told], "u1"),
-        "fit": pack(np.array(fit, float).reshape(-1, 3), "f4"),
+        "fit": pack(np.array(fit, float).reshape(-1, 5), "f4"),
     }
 
 

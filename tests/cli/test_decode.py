@@ -209,3 +209,28 @@ def test_a_rig_s_folder_is_simulated_and_decoded(folder: Path, shared_data: Path
     assert main(["score", "out", "stereo.truth.csv"]) == 0
     assert main(arguments) == 2
     assert "not an empty folder" in capsys.readouterr().err
+
+
+def test_the_filtered_tokens_are_a_recording_that_decode_reads(folder: Path, hand: Artifact) -> None:
+    arguments = ["decode", "hand.gcm", "take.csv", "--track", "kalman", "--noise", "1mm"]
+    assert main([*arguments, "-o", "out.jsonl", "--tracks"]) == 0
+    assert sorted(path.name for path in folder.glob("out*")) == ["out.jsonl", "out.tracks.csv"]
+    tracks, take = read(folder / "out.tracks.csv"), read(folder / "take.csv")
+    expected = decode(hand, take, track="kalman", noise=0.001, lag=0.08).filtered
+    assert tracks.names == hand.manifest.tokens
+    assert np.allclose(tracks.points, expected, atol=1e-9, equal_nan=True)  # m: nine digits of metres
+    assert main([*arguments, "-o", "both/", "--tracks"]) == 0
+    assert (folder / "both" / "take.tracks.csv").read_text() == (folder / "out.tracks.csv").read_text()
+    assert main(["decode", "hand.gcm", "out.tracks.csv", "-o", "again"]) == 0
+    assert rows(folder / "again.states.csv")[-1][2] == "0/90/90"
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [["--track", "wiener"], ["--alpha", "0.5"], ["--track", "given", "--alpha", "0.5"], ["--tracks", "-o", "-"]],
+)
+def test_tracks_that_make_no_sense_are_wrong_usage(folder: Path, capsys: Capture, wrong: list[str]) -> None:
+    output = [] if "-o" in wrong else ["-o", "out"]
+    assert main(["decode", "hand.gcm", "take.csv", *output, *wrong]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+    assert not list(folder.glob("out*"))

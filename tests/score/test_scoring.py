@@ -254,3 +254,16 @@ def test_real_event_lists_agree_with_themselves() -> None:
         every = score(path, path).events[0]
         assert every.truth == every.matched > 0
         assert every.onset_absolute_p95 == 0
+
+
+def test_a_joint_that_no_machine_has_is_refused(tmp_path: Path) -> None:
+    paths = write(tmp_path / "o.states.csv", OUT), write(tmp_path / "t.truth.csv", TRUTH)
+    with pytest.raises(InputError, match="no machine that is compared has a joint `elbow`; there are: index"):
+        score(*paths, ScoreOptions(joints=("mcp", "elbow")))
+
+
+@pytest.mark.parametrize("name", ["o.jsonl", "o.html", "hand.gcm"])
+def test_a_file_that_is_no_table_is_said_to_be_none(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text('{"frame": 0, "time": 0}\n')
+    with pytest.raises(InputError, match="is no table"):
+        score(tmp_path / name, write(tmp_path / "t.truth.csv", TRUTH))

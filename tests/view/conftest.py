@@ -21,6 +21,7 @@ from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.runtime.status import STATUS_ID
 from gesturec.runtime.step import Decoding, GestureEvent, MachineWhy
+from gesturec.runtime.tracker import TRACK_STATES
 
 ROOT = Path(__file__).parents[2]
 RIGID = """
@@ -95,6 +96,9 @@ def walk_through_states(
         joint_angle=angle,
         measured=measured,
         filtered=measured,
+        velocity=np.zeros(measured.shape),
+        innovation=np.zeros(measured.shape),
+        track=np.full(measured.shape[:2], TRACK_STATES.index("confirmed"), np.int32),
         decided_frame=np.where(state >= 0, frames[:, None], -1).astype(np.int32),
         root_residual=np.zeros(n_frame),
         events=(GestureEvent("grab", 0.1, 0.3, 0.3, 0.9),) if n_frame > 10 else (),

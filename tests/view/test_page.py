@@ -106,9 +106,30 @@ def test_undecided_stretches_are_hatched_and_only_they(hand: Artifact, make_take
     assert page.run(HATCHED) == ["url(#hatch)"] * len(hand.manifest.machines)
     assert page.run(LIT) == []
     assert page.run("document.querySelectorAll('.node.maybe').length") > 0
-    assert page.run("document.querySelector('#ribbon rect.undecided title').textContent").count("%") == 6
+    assert "one of 29 states" in page.run("document.querySelector('#ribbon text.run.open').textContent")
     page = opened(render_page(hand, make_take(hand, 40), "walk"))
     assert page.run(HATCHED) == []
+
+
+def test_pointing_at_a_row_says_why_and_clicking_chooses_machine_and_frame(
+    hand: Artifact, make_take: Any, opened: Any
+) -> None:
+    page = opened(render_page(hand, make_take(hand, 40, undecided=slice(10, 20)), "walk"))
+    lane = "document.querySelectorAll('#ribbon rect.lane')[1].getBoundingClientRect()"
+    left, width, y = page.run(f"(() => {{ const b = {lane}; return [b.left, b.width, b.top + b.height / 2]; }})()")
+    hint = "document.getElementById('hint').innerText"
+    for frame, said in ((14, "undecided"), (30, "ok: every machine")):
+        x = left + width * (frame + 0.5) / 40
+        page.send("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        told = page.run(hint)
+        assert said in told and "3 of 3 tokens seen, χ² 1.00 of at most 16.0" in told and "9 of 32 states" in told
+        page.send("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1)
+        page.send("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left")
+        assert page.run("document.getElementById('machine').selectedOptions[0].textContent") == "middle"
+        why = page.run("document.getElementById('why').innerText")
+        assert why.startswith(f"frame {frame}") and "middle: " in why and "9 of 32 states" in why
+    page.send("Input.dispatchMouseEvent", type="mouseMoved", x=5, y=5)
+    assert page.run("document.getElementById('hint').hidden") is True
 
 
 def test_the_canvas_shows_a_body_that_moves(hand: Artifact, make_take: Any, opened: Any) -> None:

@@ -62,6 +62,8 @@ def test_an_undecided_machine_is_drawn_in_its_most_probable_state_and_told_as_un
     assert unpack(machine["candidate"])[4].tolist() == [9, 2, -1, -1, -1, -1]
     assert unpack(machine["probability"])[4, :2].tolist() == [153, 102]
     assert unpack(machine["possible"])[4:6].tolist() == [2, 0]
+    assert unpack(machine["inside"])[3:6].tolist() == [1, 2, 0]
+    assert unpack(machine["fit"])[4].tolist() == [1.0, 16.0, 2.0, 3.0, 9.0]
 
 
 def test_the_payload_is_json_without_nan(hand: Artifact, make_take: Any) -> None:

@@ -37,7 +37,7 @@ const frameCount = data.frames.count;
 const times = unpack(data.frames.time), statuses = unpack(data.frames.status);
 const pose = unpack(data.frames.pose), scales = unpack(data.frames.scale), located = data.frames.located && unpack(data.frames.located);
 for (const machine of data.machines) {
-  for (const key of ["state", "candidate", "probability", "possible", "status", "fit"]) machine[key] = unpack(machine[key]);
+  for (const key of ["state", "candidate", "probability", "possible", "inside", "status", "fit"]) machine[key] = unpack(machine[key]);
   if (machine.graph && machine.graph.successors) {
     machine.graph.successors = {start: unpack(machine.graph.successors.start), target: unpack(machine.graph.successors.target)};
   }

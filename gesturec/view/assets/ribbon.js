@@ -7,7 +7,7 @@ const STATUS_COLORS = {
   "pose-held": "#cbb9e3", "pose-unknown": "#b79bd9", "no-tokens": "#b79bd9", "time-refused": "#9aa0a8", "input-refused": "#9aa0a8", starting: "#e3e5e8",
 };
 const SHORTEST = 20;  // frames of the narrowest window
-const ribbon = {width: 0, playhead: null, names: [], from: 0, to: Math.max(1, frameCount)};
+const ribbon = {width: 0, playhead: null, names: [], rows: [], from: 0, to: Math.max(1, frameCount)};
 
 /** Stretches of frames with one key: [[start, end, key], ...], end not included. */
 function runsOf(key) {
@@ -32,10 +32,10 @@ function block(parent, run, y, height, look) {
   if (end <= ribbon.from || start >= ribbon.to) return;
   const x = xOf(start), wide = Math.max(0.6, xOf(end) - x - (xOf(end) - x > 4 ? 1 : 0));
   const rect = svg("rect", {x: x.toFixed(2), y, width: wide.toFixed(2), height, rx: wide > 6 ? 2 : 0, fill: look.fill, class: look.kind || null});
-  rect.append(svg("title", {}, look.title));
+  if (look.title) rect.append(svg("title", {}, look.title));
   parent.append(rect);
-  const fits = Math.floor((wide - 6) / 6.2);
-  if (fits >= look.text.length && look.text) parent.append(svg("text", {x: x + 4, y: y + height / 2 + 3.8, class: look.kind ? "run open" : "run"}, look.text));
+  const fits = Math.floor((wide - 6) / 6.2), text = [look.text].flat().find((each) => each && each.length <= fits);
+  if (text) parent.append(svg("text", {x: x + 4, y: y + height / 2 + 3.8, class: look.kind ? "run open" : "run"}, text));
 }
 
 function spanText(run) {
@@ -43,15 +43,15 @@ function spanText(run) {
   return `${clockText(run[0])} to ${clockText(end)}`;
 }
 
+/** How a stretch of one state looks; of an undecided one the states still possible are named where there is room. */
 function stateLook(machine, run) {
-  const [start, , key] = run;
-  if (key >= 0) return {fill: machine.colors[key] || "#b9cdea", text: machine.states[key], title: `${machine.name} ${machine.states[key]}, ${spanText(run)}`};
+  const [start, end, key] = run;
+  if (key >= 0) return {fill: machine.colors[key] || "#b9cdea", text: machine.states[key]};
   const word = data.statuses[-1 - key] ? data.statuses[-1 - key][0] : "undecided", wrong = word === "misfit" || word === "lost";
-  const text = wrong ? word : "undecided";
-  const middle = Math.floor((start + run[1]) / 2), found = candidates(machine, middle).map(([s, p]) => `${machine.states[s]} ${percent(p)}`);
-  const more = machine.possible[middle] - found.length;
-  const which = found.length ? `\n${found.join("\n")}${more > 0 ? `\nand ${more} more` : ""}` : "\nno candidates";
-  return {fill: wrong ? "url(#alarm)" : "url(#hatch)", kind: wrong ? "undecided misfit" : "undecided", text, title: `${machine.name}: ${text} (${word}), ${spanText(run)}${which}`};
+  if (wrong) return {fill: "url(#alarm)", kind: "undecided misfit", text: word};
+  const middle = Math.floor((start + end) / 2), count = machine.inside[middle], some = candidates(machine, middle).slice(0, count).map(([s]) => machine.states[s]);
+  const set = count && count === some.length && count < 4 ? `undecided: ${some.join(" or ")}` : null;
+  return {fill: "url(#hatch)", kind: "undecided", text: [set, count ? `undecided: one of ${count} states (90 %)` : null, "undecided"]};
 }
 
 function machineKey(machine, frame) {
@@ -148,6 +148,7 @@ function buildRibbon() {
   box.replaceChildren();
   ribbon.width = box.clientWidth;
   ribbon.names = [];
+  ribbon.rows = [];
   if (!frameCount) { box.append(make("p", {class: "empty"}, "no frames: nothing was decoded")); return; }
   const root = svg("svg", {role: "img", "aria-label": "states over time"});
   root.append(patterns());
@@ -155,6 +156,7 @@ function buildRibbon() {
   data.machines.forEach((machine, m) => {
     rowName(root, machine.name, y, m);
     laneBack(root, y);
+    ribbon.rows.push([y - GAP / 2, y + ROW + GAP / 2]);
     for (const run of runsOf((frame) => machineKey(machine, frame))) block(root, run, y, ROW, stateLook(machine, run));
     y += ROW + GAP;
   });
@@ -173,21 +175,45 @@ function buildRibbon() {
   root.setAttribute("viewBox", `0 0 ${ribbon.width} ${y + 20}`);
   document.documentElement.style.setProperty("--ribbon", `${y + 20}px`);
   listen(root);
-  box.append(root);
+  box.append(root, make("div", {id: "hint", hidden: ""}));
+}
+
+/** The frame and the machine (-1: none) under the pointer. */
+function pointedAt(root, event) {
+  const box = root.getBoundingClientRect(), share = (event.clientX - box.left - LEFT) / (ribbon.width - LEFT - RIGHT);
+  const y = event.clientY - box.top, machine = ribbon.rows.findIndex(([top, bottom]) => y >= top && y < bottom);
+  const frame = Math.max(0, Math.min(frameCount - 1, Math.floor(ribbon.from + share * (ribbon.to - ribbon.from))));
+  return {frame, machine, x: event.clientX - box.left, y};
+}
+
+/** Why the machine under the pointer has its state in that frame. */
+function drawHint(root, event) {
+  const {frame, machine: m, x, y} = pointedAt(root, event), hint = $("hint"), machine = data.machines[m];
+  hint.hidden = !machine || x < LEFT;
+  if (hint.hidden) return;
+  const state = machine.state[frame], own = data.statuses[machine.status[frame]] || data.statuses[statuses[frame]];
+  const found = candidates(machine, frame).slice(0, 4).map(([s, p]) => `${machine.states[s]} ${percent(p)}`);
+  hint.replaceChildren(make("b", {}, `${machine.name} ${state >= 0 ? machine.states[state] : "undecided"} · ${clockText(frame)}`));
+  hint.append([`${own[0]}: ${own[1]}`, found.length ? `${found.join(", ")}${machine.possible[frame] > found.length ? ", …" : ""}` : "no candidates", ...evidenceLines(machine, m, frame)].join("\n"));
+  hint.style.left = `${Math.max(0, Math.min(x + 14, ribbon.width - hint.offsetWidth - 4))}px`;
+  hint.style.top = `${y - hint.offsetHeight - 10}px`;
 }
 
 function listen(root) {
-  const seek = (event) => {
-    const share = (event.clientX - root.getBoundingClientRect().left - LEFT) / (ribbon.width - LEFT - RIGHT);
-    show({frame: Math.floor(ribbon.from + share * (ribbon.to - ribbon.from)), playing: false});
+  const seek = (event) => show({frame: pointedAt(root, event).frame, playing: false});
+  const choose = (event) => {
+    const {machine} = pointedAt(root, event);
+    if (machine >= 0 && machine !== view.machine) show({machine, panel: -1});
+    seek(event);
   };
   root.addEventListener("wheel", (event) => {
     if (!event.ctrlKey && !event.shiftKey) return;
     event.preventDefault();
     zoomTime(Math.exp((event.deltaY || event.deltaX) * 0.002));
   }, {passive: false});
-  root.addEventListener("pointerdown", (event) => { if (event.offsetX > LEFT - 4) { root.setPointerCapture(event.pointerId); seek(event); } });
-  root.addEventListener("pointermove", (event) => { if (event.buttons & 1 && root.hasPointerCapture(event.pointerId)) seek(event); });
+  root.addEventListener("pointerdown", (event) => { if (event.offsetX > LEFT - 4) { root.setPointerCapture(event.pointerId); choose(event); } });
+  root.addEventListener("pointerleave", () => { $("hint").hidden = true; });
+  root.addEventListener("pointermove", (event) => { drawHint(root, event); if (event.buttons & 1 && root.hasPointerCapture(event.pointerId)) seek(event); });
 }
 
 /** Show a window of frames of that size around the current one. */

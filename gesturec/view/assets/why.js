@@ -18,25 +18,68 @@ function rowOf(cells) {
 
 function candidateTable(box, machine, frame) {
   const found = candidates(machine, frame), table = make("table");
-  for (const [state, probability] of found) {
-    const row = rowOf([[machine.states[state], null]]), cell = make("td", {class: "bar-cell"}), meter = make("div", {class: "meter"}), fill = make("i");
+  found.forEach(([state, probability], k) => {
+    const outside = k >= machine.inside[frame];
+    const row = rowOf([[machine.states[state], outside ? "soft" : null]]), cell = make("td", {class: "bar-cell"}), meter = make("div", {class: outside ? "meter outside" : "meter"}), fill = make("i");
     fill.style.width = `${100 * probability}%`;
     meter.append(fill);
     cell.append(meter);
     row.append(cell, make("td", {class: "number"}, percent(probability)));
     table.append(row);
-  }
+  });
   box.append(table);
   const more = machine.possible[frame] - found.length;
   if (more > 0) line(box, `and ${more} more that are possible`, "soft");
   if (!found.length) line(box, "no candidate is known", "soft");
 }
 
-function fitText(machine, frame) {
-  const [chi, limit, delay] = [0, 1, 2].map((k) => machine.fit[3 * frame + k]), parts = [];
-  if (Number.isFinite(chi)) parts.push(`χ² ${chi.toPrecision(3)}${Number.isFinite(limit) ? ` of at most ${limit.toPrecision(3)}` : ""}`);
-  if (Number.isFinite(delay) && delay > 0) parts.push(`decided ${delay} frame${delay === 1 ? "" : "s"} later`);
-  return parts.join(" · ");
+const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
+
+/** What a machine's answer rests on; NaN is what was not told. */
+function evidenceOf(machine, frame) {
+  const [chi, limit, delay, seen, reach] = [0, 1, 2, 3, 4].map((k) => machine.fit[5 * frame + k]);
+  return {chi, limit, delay, seen, reach, inside: machine.inside[frame]};
+}
+
+function fitText({chi, limit}) {
+  if (!Number.isFinite(chi)) return "";
+  return `χ² ${chi.toPrecision(3)}${Number.isFinite(limit) ? ` of at most ${limit.toPrecision(3)}` : ""}`;
+}
+
+/** The evidence in a few words, one a line: for the pointer. */
+function evidenceLines(machine, m, frame) {
+  const why = evidenceOf(machine, frame), tokens = data.tokens.machine.filter((owner) => owner === m).length, lines = [];
+  if (!Number.isFinite(why.seen)) return ["nothing was told of this frame"];
+  lines.push(`${why.seen} of ${plural(tokens, "token")} seen${fitText(why) ? `, ${fitText(why)}` : ""}`);
+  lines.push(`${why.reach} of ${plural(machine.states.length, "state")} within reach, ${why.inside} in the 90 % set`);
+  if (machine.state[frame] >= 0 && why.delay > 0) lines.push(`decided ${plural(why.delay, "frame")} later`);
+  return lines;
+}
+
+function evidenceTable(box, machine, m, frame) {
+  const why = evidenceOf(machine, frame), tokens = data.tokens.machine.filter((owner) => owner === m).length;
+  if (!Number.isFinite(why.seen)) return;
+  const table = make("table", {class: "evidence"});
+  if (Number.isFinite(why.chi)) table.append(fitRow(why));
+  table.append(rowOf([["tokens seen", "soft"], [`${why.seen} of ${tokens}`, "number"]]));
+  table.append(rowOf([["within reach", "soft"], [`${why.reach} of ${plural(machine.states.length, "state")}`, "number"]]));
+  table.append(rowOf([["90 % set", "soft"], [plural(why.inside, "state"), "number"]]));
+  if (machine.state[frame] >= 0) table.append(rowOf([["decided", "soft"], [why.delay > 0 ? `${plural(why.delay, "frame")} later` : "at once", "number"]]));
+  box.append(table);
+}
+
+/** Chi-square as a bar: full at its limit, and red beyond it. */
+function fitRow(why) {
+  const row = rowOf([["fit", "soft"]]), cell = make("td", {class: "number"}, fitText(why)), known = Number.isFinite(why.limit);
+  row.title = "squared distance of what was measured from the best state within reach, in units of its covariance; beyond the limit no state explains it";
+  if (known) {
+    const meter = make("div", {class: why.chi > why.limit ? "meter beyond" : "meter"}), fill = make("i");
+    fill.style.width = `${Math.min(100, 100 * why.chi / why.limit)}%`;
+    meter.append(fill);
+    cell.append(meter);
+  }
+  row.append(cell);
+  return row;
 }
 
 function residualTable(box, machine, places) {
@@ -53,12 +96,13 @@ function residualTable(box, machine, places) {
 
 function machineWhy(box, m, frame, places) {
   const machine = data.machines[m], state = machine.state[frame];
-  box.append(make("h2", {}, `${machine.name}: ${state >= 0 ? machine.states[state] : "undecided"}`));
+  const heading = make("h2", {class: "machine"}, `${machine.name}: ${state >= 0 ? machine.states[state] : "undecided"} `);
   const own = data.statuses[machine.status[frame]];
-  if (own) line(box, `${own[0]}: ${own[1]}`, "soft");
+  if (own) heading.append(statusChip(own));
+  box.append(heading);
+  if (own) line(box, ["ok", "partial"].includes(own[0]) ? own[1] : `${own[1]}. ${own[2]}`, "soft");
   candidateTable(box, machine, frame);
-  const fit = fitText(machine, frame);
-  if (fit) line(box, fit);
+  evidenceTable(box, machine, m, frame);
   residualTable(box, m, places);
 }
 
@@ -71,21 +115,31 @@ function rootWhy(box, frame, places) {
   if (Number.isFinite(scales[frame])) line(box, `scale ${scales[frame].toFixed(3)}`, "soft");
 }
 
+const MOST_CHIPS = 12;
+
 function chips(box, title, names) {
   if (!names.length) return;
   box.append(make("h2", {}, title));
-  for (const name of names) box.append(make("span", {class: "chip"}, name));
+  for (const name of names.slice(0, MOST_CHIPS)) box.append(make("span", {class: "chip"}, name));
+  if (names.length > MOST_CHIPS) box.append(make("span", {class: "soft", title: names.slice(MOST_CHIPS).join(", ")}, ` and ${names.length - MOST_CHIPS} more`));
+}
+
+/** A status as a word in a frame, coloured as in the ribbon; its meaning is under the pointer. */
+function statusChip([word, doc, help]) {
+  const chip = make("span", {class: "chip status", title: `${doc}. ${help}`}, word);
+  chip.style.background = STATUS_COLORS[word] || "#d3d6da";
+  return chip;
 }
 
 function drawWhy() {
   const box = $("why"), frame = view.frame;
   box.replaceChildren();
   if (!frameCount) { box.append(make("p", {class: "empty"}, "no frames")); return; }
-  const [word, doc] = data.statuses[statuses[frame]], places = placesOf(frame);
+  const whole = data.statuses[statuses[frame]], places = placesOf(frame), chosen = data.machines[view.machine];
   const heading = make("h2", {}, `frame ${frame * data.frames.every} `);
-  heading.append(make("span", {class: word === "ok" || word === "partial" ? "chip" : "chip alarm", title: doc}, word));
+  heading.append(statusChip(whole));
   box.append(heading);
-  line(box, doc, "soft");
+  if (!chosen || chosen.status[frame] !== statuses[frame]) line(box, whole[1], "soft");
   if (data.machines.length) machineWhy(box, view.machine, frame, places);
   rootWhy(box, frame, places);
   chips(box, "poses that hold", data.poses.filter((each) => each.value[frame] === 1).map((each) => each.name));
