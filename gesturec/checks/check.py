@@ -61,11 +61,7 @@ def resolved_body(
     model: Model, settings: Mapping[str, object], profile: str | os.PathLike[str] | None, findings: Findings
 ) -> ResolvedBody:
     """The body of a model with every name resolved; of several bodies, what spans them with the bodies as parts."""
-    if model.bodies and profile is not None:
-        span = model.main.block.key("bodies")
-        findings.report("other-model", "a profile is one person's body, and this model has several", span)
-        profile = None
-    told = {**profile_settings(profile, findings), **settings}
+    told = {**profile_settings(profile, findings, model.body_names()), **settings}
     body, settled = settled_body(model, told, findings)
     build_own(body, settled, told, findings)
     return body

@@ -42,3 +42,11 @@ class Model:
     def parts(self) -> tuple[ModelPart, ...]:
         """The main file and what it includes."""
         return (self.main, *self.includes)
+
+    def body_names(self) -> tuple[str, ...]:
+        """The bodies' full names, those of a body of several in its place; of one body none."""
+        found: list[str] = []
+        for name, one in self.bodies.items():
+            inner = one.model.body_names() if one.model is not None else ()
+            found += [f"{name}.{each}" for each in inner] or [str(name)]
+        return tuple(found)

@@ -95,6 +95,7 @@ def whole_part(shift: Shift, model: LoweredModel) -> LoweredPart:
     """What of the whole is a body's."""
     return LoweredPart(
         name=shift.name,
+        model=model.name,
         root_name=model.root_name,
         scale=model.scale,
         limbs=(shift.limbs, len(model.limbs)),
@@ -102,6 +103,8 @@ def whole_part(shift: Shift, model: LoweredModel) -> LoweredPart:
         tokens=(shift.tokens, len(model.tokens)),
         machines=(shift.machines, len(model.machines)),
         exclusive=shift.exclusive(model.exclusive),
+        parameters=model.parameters,
+        sources=model.sources,
     )
 
 

@@ -55,7 +55,7 @@ def origins(
         The model has nothing of this name.
     """
     model = load_model(source)
-    settings = {**profile_settings(profile, Findings()), **dict(set or {})}
+    settings = {**profile_settings(profile, Findings(), model.body_names()), **dict(set or {})}
     body, findings = resolve_model(model, dict(set or {}), profile)
     findings.raise_errors()
     name, _, inner = path.removeprefix("$").partition(".")
@@ -68,6 +68,9 @@ def of_part(body: ResolvedBody, name: str, path: str, settings: Mapping[str, obj
     """What is asked of one of several bodies: as of its own model, with what sets it."""
     part = body.parts[name].body
     told = part_settings(name, body.model.bodies[name], body, settings)
+    first, _, inner = path.partition(".")
+    if first in part.parts and inner:
+        return tuple(replace(origin, path=f"{name}.{origin.path}") for origin in of_part(part, first, inner, told))
     placed = {key: value.node if isinstance(value, Placed) else value for key, value in told.items()}
     setters = tuple(file.source.name for file in body.model.parts)
     found = Question(part, lower_body(part), placed, setters).answer(path)
