@@ -27,6 +27,7 @@ from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
 from gesturec.language.expressions.typed import Type, uses
 from gesturec.language.findings import Findings
+from gesturec.language.limits import DEFAULT_LIMITS, Limits
 from gesturec.language.model import Model
 from gesturec.language.schema.blocks import JointEntry
 
@@ -39,13 +40,16 @@ def check_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> t
 
 
 def resolve_model(
-    model: Model, settings: Mapping[str, object] = NO_SETTINGS, profile: str | os.PathLike[str] | None = None
+    model: Model,
+    settings: Mapping[str, object] = NO_SETTINGS,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> tuple[ResolvedBody, Findings]:
     """The body of a model with every name resolved, and the findings. With an error in them it has holes.
 
     A profile sets parameters as `settings` do, which come after it.
     """
-    findings = Findings()
+    findings = Findings(limits)
     for finding in model.findings:
         findings.add(finding)
     try:

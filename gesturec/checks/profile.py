@@ -33,7 +33,6 @@ KNOWN_KEYS = (
 )
 # What a profile of several bodies may say beside them.
 BESIDE_BODIES = ("gesturec", "name", "description", "units", "parameters", "bodies")
-MOST_BYTES = 4_000_000
 
 
 def profile_settings(
@@ -93,13 +92,13 @@ def read_root(name: str, findings: Findings, place: Span | None = None) -> Mappi
     """What a profile's file says; None after a finding, at `place` where a file names it."""
     try:
         with open(name, "rb") as file:
-            data = file.read(MOST_BYTES)
+            data = file.read(findings.limits.file_bytes + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         span = place or Span(Source(name, ""), 0, 0)
         findings.report("unreadable-file", f"`{name}` cannot be read: {reason.lower()}", span)
         return None
-    document = read_document(name, data, findings)
+    document = read_document(name, data, findings, findings.limits)
     return None if document is None else document.root
 
 

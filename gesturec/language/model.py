@@ -37,6 +37,7 @@ class Model:
     includes: tuple[ModelPart, ...] = ()
     bodies: dict[str, BodyModel] = field(default_factory=dict)
     findings: tuple[Diagnostic, ...] = ()
+    n_body: int = 1  # those of bodies of bodies each
 
     @property
     def parts(self) -> tuple[ModelPart, ...]:

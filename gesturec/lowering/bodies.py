@@ -117,7 +117,7 @@ class Spanning:
     seen: dict[str, tuple[Operation, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        whole = self.whole
+        whole, self.most = self.whole, self.body.environment.findings.limits.operations
         self.joints = {joint.name: number for number, joint in enumerate(whole.joints)}
         self.tokens = {token.name: number for number, token in enumerate(whole.tokens)}
         self.limbs = {limb.name: number for number, limb in enumerate(whole.limbs)}
@@ -172,7 +172,7 @@ class Spanning:
 
     def operations(self, typed: Typed) -> tuple[Operation, ...]:
         """The operations of an expression of the file."""
-        return lower(self.with_seen(typed), self).operations
+        return lower(self.with_seen(typed), self, (), self.most).operations
 
     def with_seen(self, typed: Typed) -> Typed:
         """What is seen from a body as a name, whose operations are kept in `seen`."""
@@ -187,7 +187,7 @@ class Spanning:
     def from_body(self, typed: Typed, name: str, body: ResolvedBody) -> tuple[Operation, ...]:
         """The operations of what one body says: in its size as written, its motion its own."""
         slides = frozenset(number for number, joint in enumerate(self.whole.joints) if joint.type == "slide")
-        operations = scaled_operations(lower(typed, self).operations, body.scale, slides)
+        operations = scaled_operations(lower(typed, self, (), self.most).operations, body.scale, slides)
         motion = Shift(name, self.bodies[name], 0, 0, 0, 0)  # its names have the numbers of the whole already
         return motion.operations(operations)
 

@@ -126,7 +126,8 @@ class Lowering:
 
     def operations(self, typed: Typed, limb: str | None) -> tuple[Operation, ...]:
         """The operations of a typed expression of a limb (None: of the top), seen in its mirrors and scale."""
-        program = lower(typed, self.numbers, flips_of(self.body, limb))
+        most = self.body.environment.findings.limits.operations
+        program = lower(typed, self.numbers, flips_of(self.body, limb), most)
         return program.operations
 
     def program(self, expressed: Expressed) -> Program:

@@ -23,6 +23,7 @@ from gesturec.diagnostics.source import Source
 from gesturec.diagnostics.suggest import nearest
 from gesturec.language import document
 from gesturec.language.findings import Findings
+from gesturec.language.limits import DEFAULT_LIMITS, Limits
 from gesturec.language.load import load_model
 from gesturec.language.schema.block import Block
 from gesturec.language.schema.blocks import FrameEntry, JointEntry, TokenEntry
@@ -44,6 +45,7 @@ def origins(
     path: str,
     set: Mapping[str, object] | None = None,
     profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> tuple[Origin, ...]:
     """Where the values of `path` come from.
 
@@ -54,9 +56,9 @@ def origins(
     InputError
         The model has nothing of this name.
     """
-    model = load_model(source)
-    settings = {**profile_settings(profile, Findings(), model.body_names()), **dict(set or {})}
-    body, findings = resolve_model(model, dict(set or {}), profile)
+    model = load_model(source, limits)
+    settings = {**profile_settings(profile, Findings(limits), model.body_names()), **dict(set or {})}
+    body, findings = resolve_model(model, dict(set or {}), profile, limits)
     findings.raise_errors()
     name, _, inner = path.removeprefix("$").partition(".")
     if name in body.parts and inner:
