@@ -67,6 +67,7 @@ class Loader:
     findings: Findings
     limits: Limits
     files: int = 0
+    has_too_many: bool = False  # bodies, which is reported
     documents: dict[str, Document | None] = field(default_factory=dict)
     models: dict[str, Model | None] = field(default_factory=dict)  # of bodies, by file: two hands are read once
     open: list[str] = field(default_factory=list)  # models that are being read, each a body of the one before
@@ -188,12 +189,18 @@ class Loader:
         for name, block in part.block.bodies.items():
             model = None if block.model is None else self.body(part, block.model, chain)
             if model is not None and block.model is not None and count + model.n_body > self.limits.bodies:
-                found, limit = f"{count + model.n_body:,} bodies", self.limits.bodies
-                self.findings.add(limit_finding("the model", found, "bodies", limit, block.model.span))
+                self.report_bodies(count + model.n_body, block.model)
                 model = None
             count += 0 if model is None else model.n_body
             bodies[name] = BodyModel(block, model)
         return bodies
+
+    def report_bodies(self, count: int, node: Text) -> None:
+        """Say once that there are too many bodies: those files that have these have too many as well."""
+        if not self.has_too_many:
+            limit = limit_finding("the model", f"{count:,} bodies", "bodies", self.limits.bodies, node.span)
+            self.findings.add(limit)
+        self.has_too_many = True
 
     def body(self, part: ModelPart, node: Text, chain: tuple[Text, ...]) -> Model | None:
         """The model of one body."""
