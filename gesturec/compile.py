@@ -104,9 +104,9 @@ def iterate_stages(
     from gesturec.language.load import load_model
     from gesturec.lowering.lower import lower_body
 
-    model = load_model(source)
+    model = load_model(source, limits)
     yield "model", model, model.findings
-    body, found = resolve_model(model, dict(set or {}), profile)
+    body, found = resolve_model(model, dict(set or {}), profile, limits)
     findings = found.sorted()
     if has_errors(findings):
         yield "body", None, findings
@@ -115,17 +115,17 @@ def iterate_stages(
     yield "lowered", lowered, findings
     artifact, more = expand_model(lowered, limits)
     if artifact is not None and profile is not None:
-        artifact, told = with_body(artifact, profile)
+        artifact, told = with_body(artifact, profile, limits)
         more = (*more, *told)
     yield "tables", artifact, sorted_findings((*findings, *more))
 
 
-def with_body(artifact: Artifact, profile: str | os.PathLike[str]) -> Compilation:
+def with_body(artifact: Artifact, profile: str | os.PathLike[str], limits: Limits = DEFAULT_LIMITS) -> Compilation:
     """The artifact with the body of a profile's person, and what is wrong with the profile."""
     from gesturec.language.findings import Findings
     from gesturec.profile.apply import apply_profile
 
-    findings = Findings()
+    findings = Findings(limits)
     applied = apply_profile(artifact, profile, findings)
     return Compilation(applied, findings.sorted())
 

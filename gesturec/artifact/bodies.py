@@ -2,7 +2,7 @@
 
 In: an artifact with `manifest.bodies`. Out: for each an `Artifact` as if that body had been compiled alone, but for
 the names, which keep the body's in front. What spans bodies is in none of them. Nothing is computed: rows are kept
-and ids move down.
+and ids move down. `with_parts` is the way back, for bodies that were given to persons.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 from gesturec.artifact.artifact import Array, Artifact
 from gesturec.artifact.columns import COLUMNS
 from gesturec.artifact.manifest import Manifest
-from gesturec.artifact.programs import CODES, OF_BODY, OPS, pack_limbs, unpack_limbs
+from gesturec.artifact.programs import CODES, OF_BODY, OPS, Programs, pack_limbs, unpack_limbs
+from gesturec.artifact.validate import validate
 
 # columns that say where a block begins, and the size of what it is in
 STARTS: Final = {
@@ -66,6 +67,35 @@ def _part(artifact: Artifact, body: Mapping[str, Any]) -> Artifact:
     return Artifact(_manifest(artifact.manifest, body, kept), columns)
 
 
+def with_parts(artifact: Artifact, parts: Mapping[str, Artifact]) -> Artifact:
+    """The artifact with other tables of some of its bodies, by name: as `body_artifacts` gave them, rebaked since."""
+    manifest, columns = artifact.manifest, {name: np.array(array) for name, array in artifact.columns.items()}
+    if not len(columns["transition_cost"]) and any(len(part.columns["transition_cost"]) for part in parts.values()):
+        columns["transition_cost"] = np.zeros(len(columns["transition_target"]))
+    for body in manifest.bodies:
+        if body["name"] in parts:
+            _put_back(columns, parts[body["name"]], _kept(Artifact(manifest, columns), body))
+    for array in columns.values():
+        array.flags.writeable = False
+    scales = {name: part.manifest.scale for name, part in parts.items()}
+    bodies = tuple({**body, "scale": scales.get(body["name"], body["scale"])} for body in manifest.bodies)
+    told = {**manifest.profile.get("bodies", {}), **{name: part.manifest.profile for name, part in parts.items()}}
+    manifest = replace(manifest, bodies=bodies, profile={**manifest.profile, "bodies": told})
+    validate(manifest, columns)
+    return Artifact(manifest, columns)
+
+
+def _put_back(columns: Mapping[str, Array], part: Artifact, kept: Kept) -> None:
+    """Write a body's quantities where they are in the whole; ids and counts do not change with a person."""
+    for column in COLUMNS:
+        own = part.columns[column.name]
+        if own.dtype.kind != "f" or not any(size in kept for size in column.shape) or not own.size:
+            continue
+        whole = columns[column.name]
+        axes = [kept.get(size, np.arange(n)) for size, n in zip(column.shape, whole.shape, strict=True)]
+        whole[np.ix_(*axes)] = own
+
+
 def _kept(artifact: Artifact, body: Mapping[str, Any]) -> Kept:
     """Which rows of every size are the body's."""
     columns, manifest = artifact.columns, artifact.manifest
@@ -87,7 +117,7 @@ def _kept(artifact: Artifact, body: Mapping[str, Any]) -> Kept:
     kept["n_transition"] = np.arange(rows[first], rows[last])
     kept["n_transition_cost"] = kept["n_transition"] if len(columns["transition_cost"]) else np.arange(0)
     kept["n_pose"] = _named(manifest.poses, body)
-    kept["n_rule"] = _named(manifest.rules, body)
+    kept["n_rule"] = _own_rules(columns, kept)
     kept["n_relation"] = _own_relations(columns, machines)
     kept["n_relation_machine"] = _blocks(columns, "relation_machine", kept["n_relation"])
     ends = np.append(columns["relation_cost_start"], len(columns["relation_cost"]))
@@ -112,6 +142,22 @@ def _own_relations(columns: Mapping[str, Array], machines: Ids) -> Ids:
     """Relations between machines of the body alone."""
     ranges = zip(columns["relation_machine_start"], columns["relation_machine_count"], strict=True)
     own = [bool(np.isin(columns["relation_machine"][start : start + count], machines).all()) for start, count in ranges]
+    return np.flatnonzero(np.array(own, bool))
+
+
+def _own_rules(columns: Mapping[str, Array], kept: Kept) -> Ids:
+    """Rules about the body alone, wherever they are written."""
+    programs = Programs.of(columns)
+
+    def is_own(name: str, argument: int) -> bool:
+        if name not in NAMES:
+            return True
+        of_set = NAMES[name] == "n_set"
+        number = int(columns["set_machine"][argument]) if of_set else argument
+        return bool(np.isin(number, kept["n_machine" if of_set else NAMES[name]]))
+
+    named = (programs.operations(program) for program in columns["rule_program"].tolist())
+    own = [all(is_own(name, argument) for name, argument, _ in operations) for operations in named]
     return np.flatnonzero(np.array(own, bool))
 
 
@@ -172,6 +218,8 @@ def _manifest(manifest: Manifest, body: Mapping[str, Any], kept: Kept) -> Manife
     return replace(
         manifest,
         name=name,
+        digest=body.get("digest", ""),
+        profile=manifest.profile.get("bodies", {}).get(name, {}),
         root=body["root"],
         scale=float(body["scale"]),
         exclusive=tuple(body["exclusive"]),

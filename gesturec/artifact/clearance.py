@@ -1,14 +1,14 @@
 """The gap between two limbs, taken as chains of capsules: the expression `clearance(limb, limb)`.
 
-In: the chain and joint values. Out: distance between the nearest two capsules less their radii, m, negative
-inside. The part that a joint moves is a capsule of the joint's `radius` about the line from its origin to the
-next joint of the limb, or to the farthest of its tokens where there is none. The distance of two lines of
-finite length is Ericson's (Real-Time Collision Detection, 5.1.9), vectorised.
+In: the chain and joint values, or of two bodies the capsules where these are. Out: distance between the nearest two
+capsules less their radii, m, negative inside. The part that a joint moves is a capsule of the joint's `radius` about
+the line from its origin to the next joint of the limb, or to the farthest of its tokens where there is none. The
+distance of two lines of finite length is Ericson's (Real-Time Collision Detection, 5.1.9), vectorised.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -28,14 +28,28 @@ class Capsule(NamedTuple):
     radius: float
 
 
+class ThickLine(NamedTuple):
+    """A capsule at given joint values: its two ends (..., 3) and its radius, m."""
+
+    start: Array
+    end: Array
+    radius: float
+
+
 def clearance(chain: Chain, values: Mapping[int, Array], limb: int, other: int) -> Array:
-    """Gap between two limbs, of the shape that the joints' values broadcast to."""
-    ones, others = (
-        [(*_line(chain, values, capsule), capsule.radius) for capsule in capsules(chain, each)]
-        for each in (limb, other)
-    )
+    """Gap between two limbs of one body, of the shape that the joints' values broadcast to."""
+    return gap(thick_lines(chain, values, limb), thick_lines(chain, values, other))
+
+
+def gap(ones: Sequence[ThickLine], others: Sequence[ThickLine]) -> Array:
+    """Distance between the nearest two capsules less their radii, in whatever frame both are given in."""
     gaps = [segment_distance(a, b, c, d) - r - s for (a, b, r), (c, d, s) in product(ones, others)]
     return np.asarray(np.minimum.reduce(np.broadcast_arrays(*gaps)))
+
+
+def thick_lines(chain: Chain, values: Mapping[int, Array], limb: int) -> list[ThickLine]:
+    """A limb's capsules in the intrinsic frame."""
+    return [ThickLine(*_line(chain, values, capsule), capsule.radius) for capsule in capsules(chain, limb)]
 
 
 def capsules(chain: Chain, limb: int) -> list[Capsule]:

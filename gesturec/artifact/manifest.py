@@ -29,8 +29,9 @@ class Manifest:
     `parameters`, `gestures`, `tests`, `report` and `profile` are plain JSON whose inside other rooms define. In
     `wanted` an entry is [value, low, high] with null for an open end; in `bindings` an entry is {name,
     tokens: {ours: {theirs: weight}}, order, up}; in `dwell` {machine, name, states, shortest, longest};
-    in `phases` {name, start, end, states, parts}; in `bodies`, which is empty for one body, {name, root,
-    scale, exclusive} and [first, count] of its limbs, joints, tokens and machines.
+    in `phases` {name, start, end, states, parts}; in `bodies`, which is empty for one body, {name, model,
+    digest, root, scale, exclusive} (model and digest as if its own model had been compiled alone) and [first,
+    count] of its limbs, joints, tokens and machines.
     """
 
     name: str

@@ -87,6 +87,7 @@ OPS: Final = (
     Op("cycle_distance", 2, "the short way round between two places on a cycle"),
     Op("flip", 1, "the vector reflected across axis `argument`"),
     Op("world_token", 0, "position of token `argument` in the world"),
+    Op("world_clearance", 0, "as `clearance`, of limbs of two bodies where these are in the world, m"),
 )
 
 # What the argument of an operation about one body's place or motion counts to: of several bodies, the number of the
@@ -110,7 +111,7 @@ Argument = TypeVar("Argument", int, NDArray[Any])
 
 
 def pack_limbs(a: int, b: int) -> int:
-    """Two limbs in the one argument of `clearance`."""
+    """Two limbs in the one argument of `clearance` or `world_clearance`."""
     return a * LIMB_SHIFT + b
 
 

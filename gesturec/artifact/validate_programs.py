@@ -48,8 +48,9 @@ def check_programs(columns: Mapping[str, Array], sizes: Mapping[str, int], n_bod
         named = columns["op_argument"][codes == CODES[name]]
         limit = sizes[bound] if isinstance(bound, str) else bound * (n_body if name in OF_BODY else 1)
         require(_within(named, limit), f"`{name}` names what is not there")
-    limbs = unpack_limbs(columns["op_argument"][codes == CODES["clearance"]])
-    require(all(_within(limb, sizes["n_limb"]) for limb in limbs), "`clearance` names no limb")
+    for name in ("clearance", "world_clearance"):
+        limbs = unpack_limbs(columns["op_argument"][codes == CODES[name]])
+        require(all(_within(limb, sizes["n_limb"]) for limb in limbs), f"`{name}` names no limb")
     coupling, poses = set(columns["joint_program"].tolist()), set(columns["pose_program"].tolist())
     programs = Programs.of(columns)
     for program in range(len(columns["program_start"])):

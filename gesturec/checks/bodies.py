@@ -1,7 +1,8 @@
 """A file of several bodies: each is resolved by itself, then what spans them.
 
 In: a model with `bodies`, and settings. Out: a `ResolvedBody` whose `parts` are the bodies, and whose own poses,
-gestures, constraints, bindings and tests speak of them by `body.name`.
+gestures, constraints, rules, bindings and tests speak of them by `body.name`. The model of a body may be of several
+bodies too: that is one more call of the same.
 """
 
 from __future__ import annotations
@@ -11,14 +12,16 @@ from collections.abc import Mapping as Settings
 from gesturec.checks import values
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.environment import Environment
-from gesturec.checks.parameters import SCALE, SIDE, Placed, Settled, settle
+from gesturec.checks.parameters import SCALE, SIDE, Placed, Settled
+from gesturec.checks.poses import Poses
+from gesturec.checks.scopes import Names
 from gesturec.checks.span import build_span
 from gesturec.checks.spanning import BodyPart
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Text
 from gesturec.language.expressions.scope import Words
-from gesturec.language.expressions.units import PURE
+from gesturec.language.expressions.units import PURE, TIME
 from gesturec.language.findings import Findings
 from gesturec.language.model import BodyModel, Model
 from gesturec.language.schema.leaf import is_passed, wrong_kind
@@ -27,15 +30,25 @@ from gesturec.language.schema.leaf import is_passed, wrong_kind
 OF_ONE_BODY = ("limbs", "machines", "mirror", "templates")
 
 
-def build_bodies(body: ResolvedBody, settled: Settled, settings: Settings[str, object], findings: Findings) -> None:
-    """The bodies, and what spans them."""
+def build_bodies(
+    body: ResolvedBody, settled: Settled, settings: Settings[str, object], findings: Findings
+) -> tuple[Names, Poses] | None:
+    """The bodies, and what spans them; what names the file's poses have, where all bodies could be built."""
     refuse_keys(body.model, findings)
+    check_steps(body)
     for key, one in body.model.bodies.items():
         part = build_part(str(key), one, body, settings, findings)
         if part is not None:
             body.parts[part.name] = part
-    if len(body.parts) == len(body.model.bodies):
-        build_span(body, settled, findings)
+    return build_span(body, settled, findings) if len(body.parts) == len(body.model.bodies) else None
+
+
+def check_steps(body: ResolvedBody) -> None:
+    """Look at what `transitions` says of all machines, before it is asked for in each of them."""
+    top, environment = body.model.main.block.transitions, body.environment
+    if top is not None:
+        values.word(top.step, environment)
+        values.positive(top.tick, environment, TIME)
 
 
 def refuse_keys(model: Model, findings: Findings) -> None:
@@ -46,9 +59,6 @@ def refuse_keys(model: Model, findings: Findings) -> None:
             related = (Related("beside `bodies`", block.key("bodies")),)
             message = f"`{key}` belongs to one body, and stands in the body's own model"
             findings.report("conflicting-keys", message, block.key(key), "", None, related)
-    if block.has("transitions"):
-        message = "`transitions` of several bodies together are not built yet"
-        findings.report("not-built", message, block.key("transitions"), "", "each body's own model may have them")
     if not model.bodies and not block.is_hole("bodies") and not is_refused(model, findings):
         findings.report("empty-group", "`bodies` has no body", block.key("bodies"), "nothing in it")
 
@@ -72,22 +82,30 @@ def build_part(
     name: str, one: BodyModel, whole: ResolvedBody, settings: Settings[str, object], findings: Findings
 ) -> BodyPart | None:
     """One body, resolved by itself; None where a finding says why it cannot be."""
-    from gesturec.checks.check import build_parts
+    from gesturec.checks.check import build_own, settled_body
 
     model, file = one.model, one.block.model
     if model is None or file is None:
         return None
-    if model.main.block.has("bodies"):
-        findings.report("not-built", "a body that is itself of several bodies is not built yet", file.span)
-        return None
     note = Related(f"read for body `{name}`", file.span, note=True)
     findings.context.append(note)
-    found = settle(model, part_settings(name, one, whole, settings), findings)
-    body = ResolvedBody(model, str(model.main.block.name or ""), found.of(model.main))
-    body.scale, body.flip, body.parameters = found.scale, found.flip, dict(found.effective)
-    names, poses = build_parts(body, found, findings)
+    told = part_settings(name, one, whole, settings)
+    body, found = settled_body(model, told, findings)
+    refuse_exclusive(model, findings)
+    top = whole.model.main.block.transitions
+    body.outer = whole.outer if top is None else (*whole.outer, (top, whole.environment))
+    built = build_own(body, found, told, findings)
     findings.context.remove(note)
-    return BodyPart(name, body, names, poses)
+    return None if built is None else BodyPart(name, body, *built)
+
+
+def refuse_exclusive(model: Model, findings: Findings) -> None:
+    """Report what a body of several says of them that the file above would have to say."""
+    top = model.main.block.transitions
+    if model.bodies and top is not None and top.has("exclusive"):
+        message = "`exclusive` of bodies that are themselves a body is not built yet"
+        help = "say it in the outermost file, of machines by their full names"
+        findings.report("not-built", message, top.key("exclusive"), "", help)
 
 
 def part_settings(name: str, one: BodyModel, whole: ResolvedBody, settings: Settings[str, object]) -> dict[str, object]:
@@ -110,16 +128,24 @@ def part_settings(name: str, one: BodyModel, whole: ResolvedBody, settings: Sett
 def is_known(key: Text, one: BodyModel, findings: Findings) -> bool:
     """Whether the body's model has a parameter of this name."""
     assert one.model is not None
-    known = [str(name) for part in one.model.parts for name in part.block.parameters] + [SCALE]
-    known += [SIDE] if one.model.main.block.has("mirror") else []
+    known = settings_of(one.model)
     if key not in known:
         message = f"the model of this body has no parameter `{key}`"
         findings.report("unknown-setting", message, key.span, "", did_you_mean(key, known))
     return key in known
 
 
-def value_of(name: str, node: Text, environment: Environment) -> object:
+def settings_of(model: Model) -> list[str]:
+    """The parameters of a model, and of its bodies by `body.parameter`."""
+    own = [str(name) for part in model.parts for name in part.block.parameters] + [SCALE]
+    own += [SIDE] if model.main.block.has("mirror") else []
+    bodies = ((name, one.model) for name, one in model.bodies.items())
+    return own + [f"{name}.{inner}" for name, one in bodies if one is not None for inner in settings_of(one)]
+
+
+def value_of(full: str, node: Text, environment: Environment) -> object:
     """A value as the body's model takes it: bare numbers are in the units of this file."""
+    name = full.rpartition(".")[2]
     if name == SCALE:
         number = values.number(node, environment, PURE)
         return Text(repr(1.0 if number is None else number), node.span)

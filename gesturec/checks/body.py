@@ -15,7 +15,7 @@ from gesturec.diagnostics.source import Span
 from gesturec.language.expressions.scope import Scope
 from gesturec.language.expressions.units import ANGLE, LENGTH, Kind
 from gesturec.language.model import Model
-from gesturec.language.schema.blocks import LimbMachine
+from gesturec.language.schema.blocks import LimbMachine, Transitions
 
 ValueSource = Literal["quantised", "coupled", "fixed", "keyed"]
 INFINITE = float("inf")
@@ -308,6 +308,12 @@ class ResolvedBody:
     gestures: dict[str, BodyGesture] = field(default_factory=dict)
     bindings: tuple[BodyBinding, ...] = ()
     exclusive: tuple[str, ...] = ()
+    outer: tuple[tuple[Transitions, Environment], ...] = ()  # of the files that have this body, the outermost first
     tests: tuple[dict[str, Any], ...] = ()
     parameters: dict[str, Any] = field(default_factory=dict)
     parts: dict[str, Any] = field(default_factory=dict)  # of several bodies: checks.bodies.BodyPart by name
+
+    def machine_names(self) -> tuple[str, ...]:
+        """Every machine by its full name, those of several bodies too."""
+        inner = (f"{name}.{machine}" for name, part in self.parts.items() for machine in part.body.machine_names())
+        return (*self.machines, *inner)

@@ -12,10 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from gesturec.checks.bindings import build_bindings
 from gesturec.checks.body import BodyLimb, Expressed, ResolvedBody
 from gesturec.checks.constraints import build_constraints, build_rules
-from gesturec.checks.environment import Environment
 from gesturec.checks.gestures import Gestures, WrittenGesture, written_gestures
 from gesturec.checks.limbs import build_limbs
-from gesturec.checks.machines import build_machines
+from gesturec.checks.machines import build_machines, exclusive_of
 from gesturec.checks.model_tests import build_tests
 from gesturec.checks.names import build_groups, build_root, check_names, expansion_notes, tokens_of
 from gesturec.checks.parameters import SCALE, Settled, settle
@@ -26,10 +25,9 @@ from gesturec.checks.suspicions import is_misspelt, warn_of_root
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
-from gesturec.diagnostics.suggest import did_you_mean
-from gesturec.language.document import Sequence, Text
 from gesturec.language.expressions.typed import Type, uses
 from gesturec.language.findings import Findings
+from gesturec.language.limits import DEFAULT_LIMITS, Limits
 from gesturec.language.model import Model
 from gesturec.language.schema.blocks import JointEntry
 
@@ -42,13 +40,16 @@ def check_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> t
 
 
 def resolve_model(
-    model: Model, settings: Mapping[str, object] = NO_SETTINGS, profile: str | os.PathLike[str] | None = None
+    model: Model,
+    settings: Mapping[str, object] = NO_SETTINGS,
+    profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> tuple[ResolvedBody, Findings]:
     """The body of a model with every name resolved, and the findings. With an error in them it has holes.
 
     A profile sets parameters as `settings` do, which come after it.
     """
-    findings = Findings()
+    findings = Findings(limits)
     for finding in model.findings:
         findings.add(finding)
     try:
@@ -64,23 +65,32 @@ def resolved_body(
     model: Model, settings: Mapping[str, object], profile: str | os.PathLike[str] | None, findings: Findings
 ) -> ResolvedBody:
     """The body of a model with every name resolved; of several bodies, what spans them with the bodies as parts."""
-    if model.bodies and profile is not None:
-        span = model.main.block.key("bodies")
-        findings.report("other-model", "a profile is one person's body, and this model has several", span)
-        profile = None
-    told = {**profile_settings(profile, findings), **settings}
+    told = {**profile_settings(profile, findings, model.body_names()), **settings}
+    body, settled = settled_body(model, told, findings)
+    build_own(body, settled, told, findings)
+    return body
+
+
+def settled_body(model: Model, told: Mapping[str, object], findings: Findings) -> tuple[ResolvedBody, Settled]:
+    """A body with its parameters, of which nothing is built yet; settings of its bodies are theirs."""
     own = {name: value for name, value in told.items() if name.partition(".")[0] not in model.bodies}
     settled = settle(model, own, findings)
     body = ResolvedBody(model, str(model.main.block.name or ""), settled.of(model.main))
     body.scale, body.flip, body.parameters = settled.scale, settled.flip, dict(settled.effective)
-    if model.main.block.has("bodies"):
-        from gesturec.checks.bodies import build_bodies
+    return body, settled
 
-        if not model.main.block.has("root"):  # which is reported: what is in the file is then of neither kind
-            build_bodies(body, settled, settings, findings)
-    else:
-        build_parts(body, settled, findings)
-    return body
+
+def build_own(
+    body: ResolvedBody, settled: Settled, told: Mapping[str, object], findings: Findings
+) -> tuple[Names, Poses] | None:
+    """What a file says of its body, or of its bodies; None where it cannot be built, which is reported."""
+    block = body.model.main.block
+    if not block.has("bodies"):
+        return build_parts(body, settled, findings)
+    from gesturec.checks.bodies import build_bodies
+
+    # with a root beside them, which is reported, what is in the file is of neither kind
+    return None if block.has("root") else build_bodies(body, settled, told, findings)
 
 
 def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> tuple[Names, Poses]:
@@ -137,26 +147,6 @@ def build_couplings(body: ResolvedBody, names: Names, findings: Findings) -> Non
                     message = f"`{entry.follows}` names no joint to follow"
                     findings.report("no-joint", message, entry.follows.span, "", "a fixed joint has `value:`")
                 joint.follows = Expressed(typed, scope, limb.name, entry.follows.span)
-
-
-def exclusive_of(body: ResolvedBody, environment: Environment) -> tuple[str, ...]:
-    """What changes only one at a time."""
-    top = body.model.main.block.transitions
-    node = top.exclusive if top is not None else None
-    items = [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
-    known = ("motion", "deformation", *body.machines)
-    for item in items:
-        if item not in known:
-            message = f"`{item}` is neither `motion`, `deformation` nor a machine"
-            environment.findings.report("unknown-machine", message, item.span, "", did_you_mean(item, known))
-    machines = [item for item in items if item in body.machines]
-    if machines and "deformation" in items:
-        message = "`deformation` is all machines together, so no machine stands beside it"
-        environment.findings.report("conflicting-keys", message, machines[0].span)
-    if len(items) == 1:
-        message = "of one thing at most one changes anyway"
-        environment.findings.report("idle-constraint", message, items[0].span)
-    return tuple(str(item) for item in items)
 
 
 def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:

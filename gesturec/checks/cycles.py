@@ -19,11 +19,9 @@ from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Node, Text
 from gesturec.language.expressions.units import PURE, TIME
+from gesturec.language.limits import raised_by
 from gesturec.language.schema.blocks import Cycle, LimbMachine, Path
 
-MOST_SAMPLES = 1_000_000
-# A file of keys larger than this is no table of keys.
-MOST_KEY_BYTES = 10_000_000
 PER_CENT = 100.0
 Pairs = list[tuple[float, float, Span]]
 
@@ -37,7 +35,7 @@ def build_curve(
         return None
     closed = isinstance(curve, Cycle)
     shortest, longest = curve_times(curve, environment)
-    samples = values.whole_number(curve.samples, environment, 2, MOST_SAMPLES) or 2
+    samples = values.whole_number(curve.samples, environment, 2, environment.findings.limits.samples, "samples") or 2
     joints = {name_of(joint, is_own): joint for limb in limbs for joint in limb.joints}
     keys = tuple(build_keys(curve, joints, closed, environment))
     check_complete(curve, joints, environment)
@@ -161,12 +159,17 @@ def check_complete(curve: Cycle | Path, joints: dict[str, BodyJoint], environmen
 def file_keys(name: Text, environment: Environment) -> dict[Text, Mapping]:
     """Keys of a CSV file with the columns `at` and the joints, empty where a joint has no key."""
     path = os.path.join(os.path.dirname(name.span.source.name), name)
+    most = environment.findings.limits.key_bytes
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            text = file.read(MOST_KEY_BYTES)
+            text = file.read(most + 1)
     except (OSError, UnicodeDecodeError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
         environment.findings.report("unreadable-file", f"`{name}` cannot be read: {reason.lower()}", name.span)
+        return {}
+    if len(text) > most:
+        message = f"`{name}` has more than {most:,} characters, the limit of a file of keys"
+        environment.findings.report("limit-exceeded", message, name.span, "", raised_by("key_bytes"))
         return {}
     rows = list(csv.reader(io.StringIO(text)))
     header = [column.strip() for column in rows[0]] if rows else []

@@ -16,12 +16,12 @@ from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.expressions.units import ANGLE, LENGTH, Kind, Units
+from gesturec.language.limits import raised_by
 from gesturec.language.schema.blocks import JointEntry
 from gesturec.language.schema.leaf import wrong_kind
 
 # Two values closer than this share of their scale are the same (`==` on levels, a full turn, a step of `every`).
 SAME = 1e-9
-MOST_LEVELS = 100_000
 # A joint of this many radians or less, in a file of degrees, is a hand's breadth from being meant in radians.
 RADIANS_SUSPECTED = 2 * math.pi + 1e-3
 
@@ -178,7 +178,7 @@ def spaced_levels(
     """Levels of a range with `every` or `count`, the range's ends included."""
     low, high = limits
     if entry.count is not None:
-        count = values.whole_number(entry.count, environment, 2, MOST_LEVELS)
+        count = values.whole_number(entry.count, environment, 2, environment.findings.limits.levels, "levels")
     else:
         count = steps_of(entry, environment, kind, high - low)
     if count is None:
@@ -193,9 +193,10 @@ def steps_of(entry: JointEntry, environment: Environment, kind: Kind, width: flo
     if every is None or entry.every is None:
         return None
     steps = width / every
-    if steps + 1 > MOST_LEVELS:
-        message = f"`every` makes {steps + 1:,.0f} levels; the limit is {MOST_LEVELS:,}"
-        environment.findings.report("limit-exceeded", message, entry.every.span)
+    most = environment.findings.limits.levels
+    if steps + 1 > most:
+        message = f"`every` makes {steps + 1:,.0f} levels; the limit is {most:,}"
+        environment.findings.report("limit-exceeded", message, entry.every.span, "", raised_by("levels"))
         return None
     if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
         message = f"the range is {steps:.4g} times `{entry.every}`; it must be a whole number of times"

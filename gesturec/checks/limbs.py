@@ -8,7 +8,6 @@ A fault in a template is found in every limb made of it, and told once, with the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyLimb, ResolvedBody, Section
@@ -21,13 +20,9 @@ from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean, nearest
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
+from gesturec.language.limits import raised_by
 from gesturec.language.model import Model
 from gesturec.language.schema.blocks import Limb, Template
-
-# A body beyond these is no author's; every limb may have a machine of its own.
-MOST_LIMBS: Final = 1_000
-MOST_MIRRORS: Final = 20
-MOST_HANGING: Final = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,9 +116,11 @@ def build_limbs(body: ResolvedBody, settled: Settled, findings: Findings) -> Non
 
 def limbs_within(limbs: dict[Text, Limb | None], findings: Findings) -> dict[Text, Limb | None]:
     """The limbs, no more of them than may be."""
-    if len(limbs) > MOST_LIMBS:
-        message = f"the body has {len(limbs):,} limbs; the limit is {MOST_LIMBS:,}"
-        findings.report("limit-exceeded", message, list(limbs)[MOST_LIMBS].span, "this is one too many")
+    most = findings.limits.limbs
+    if len(limbs) > most:
+        message = f"the body has {len(limbs):,} limbs; the limit is {most:,}"
+        place = list(limbs)[most].span
+        findings.report("limit-exceeded", message, place, "this is one too many", raised_by("limbs"))
         raise ModelError(findings.sorted())
     return limbs
 
@@ -155,9 +152,9 @@ def plan_of(key: Text, block: Limb | None, limbs: dict[Text, Limb | None], findi
                 "unknown-limb", f"there is no limb `{target}` to mirror", target.span, "", did_you_mean(target, limbs)
             )
             return None
-        if len(flips) > MOST_MIRRORS:
-            message = f"limbs are mirror images of mirror images more than {MOST_MIRRORS} deep"
-            findings.report_once("limit-exceeded", message, target.span)
+        if len(flips) > findings.limits.mirrors:
+            message = f"limbs are mirror images of mirror images more than {findings.limits.mirrors} deep"
+            findings.report_once("limit-exceeded", message, target.span, raised_by("mirrors"))
             return None
         if target in seen:
             findings.report(
@@ -286,9 +283,9 @@ def refuse_deep(body: ResolvedBody, places: dict[str, Span], findings: Findings)
             way.append(body.limbs[parent[0]])
         for each in reversed(way):
             depth[each.name] = 0 if each.parent is None else depth[each.parent[0]] + 1
-            if depth[each.name] > MOST_HANGING:
-                message = f"limbs hang from limbs more than {MOST_HANGING} deep"
-                findings.report_once("limit-exceeded", message, places[each.name])
+            if depth[each.name] > findings.limits.hanging:
+                message = f"limbs hang from limbs more than {findings.limits.hanging} deep"
+                findings.report_once("limit-exceeded", message, places[each.name], raised_by("hanging"))
 
 
 def parent_of(body: ResolvedBody, node: Text, findings: Findings) -> tuple[str, str] | None:

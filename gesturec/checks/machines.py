@@ -107,6 +107,7 @@ def own_machines(
 def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environment) -> BodyMachine:
     """One machine from its plan."""
     block, top = plan.block, body.model.main.block.transitions
+    above = (*body.outer, *([] if top is None else [(top, environment)]))
     machine = BodyMachine(plan.name, tuple(limb.name for limb in plan.limbs), plan.span, "grid", "adjacent")
     machine.is_hole = any(limb.is_hole for limb in plan.limbs)
     if block is not None:
@@ -126,7 +127,7 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
             if block.has("states")
             else "grid"
         )
-    set_steps(machine, block, top, plan.environment, environment)
+    set_steps(machine, block, above, plan.environment)
     if block is not None:
         machine.arcs = tuple(arcs_of(block, machine, plan.environment))
         machine.dwell = tuple(dwell_of(block, machine, plan.environment))
@@ -139,18 +140,42 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
 
 
 def set_steps(
-    machine: BodyMachine, block: LimbMachine | None, top: Transitions | None, inner: Environment, outer: Environment
+    machine: BodyMachine,
+    block: LimbMachine | None,
+    above: tuple[tuple[Transitions, Environment], ...],
+    inner: Environment,
 ) -> None:
-    """`step` and `tick`: the machine's own, else those of `transitions`, else the defaults."""
+    """`step` and `tick`: the machine's own, else those of the innermost `transitions`, else the defaults."""
     machine.step = "any" if machine.kind == "states" else "adjacent"
-    for source, environment in ((top, outer), (block, inner)):
-        if source is None:
-            continue
+    sources: list[tuple[LimbMachine | Transitions, Environment]] = [*above]
+    sources += [] if block is None else [(block, inner)]
+    for source, environment in sources:
         step = values.word(source.step, environment)
-        if step in ("adjacent", "single", "any") and not (source is top and machine.kind == "states"):
+        if step in ("adjacent", "single", "any") and not (source is not block and machine.kind == "states"):
             machine.step = str(step)  # type: ignore[assignment]
         tick = values.positive(source.tick, environment, TIME)
         machine.tick = tick if tick is not None else machine.tick
+
+
+def exclusive_of(body: ResolvedBody, environment: Environment) -> tuple[str, ...]:
+    """What changes only one at a time; of several bodies machines by `body.machine`."""
+    top = body.model.main.block.transitions
+    node = top.exclusive if top is not None else None
+    items = [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
+    names = body.machine_names()
+    known = ("motion", "deformation", *names)
+    for item in items:
+        if item not in known:
+            message = f"`{item}` is neither `motion`, `deformation` nor a machine"
+            environment.findings.report("unknown-machine", message, item.span, "", did_you_mean(item, known))
+    machines = [item for item in items if item in names]
+    if machines and "deformation" in items:
+        message = "`deformation` is all machines together, so no machine stands beside it"
+        environment.findings.report("conflicting-keys", message, machines[0].span)
+    if len(items) == 1:
+        message = "of one thing at most one changes anyway"
+        environment.findings.report("idle-constraint", message, items[0].span)
+    return tuple(str(item) for item in items)
 
 
 def states_of(block: LimbMachine, plan: MachinePlan, body: ResolvedBody) -> Iterator[BodyState]:

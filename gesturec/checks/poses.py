@@ -19,11 +19,11 @@ from gesturec.diagnostics.source import Span
 from gesturec.language.document import Mapping, Text
 from gesturec.language.expressions import tree
 from gesturec.language.expressions.check import check
-from gesturec.language.expressions.gestures import MOST_DEEP
 from gesturec.language.expressions.parse import ExpressionError, parse_expression
 from gesturec.language.expressions.scope import Hole, Pose, Symbol
 from gesturec.language.expressions.typed import TRUTH, Typed, uses
 from gesturec.language.findings import Findings
+from gesturec.language.limits import raised_by
 from gesturec.language.schema.leaf import is_passed
 
 # Poses that are still open while one that they use is resolved; each takes some frames of the stack.
@@ -94,12 +94,13 @@ class Poses:
         """Whether a pose is made of poses, and these of others, more often than may be."""
         used = {name for part in pose.parts for name in uses(part.typed).poses}
         self.depth[pose.full] = 1 + max((self.depth.get(name, 0) for name in used), default=-1)
-        return self.depth[pose.full] > MOST_DEEP
+        return self.depth[pose.full] > self.body.environment.findings.limits.nesting
 
     def report_depth(self, written: WrittenPose) -> None:
         """Say that poses are made of poses too often."""
-        message = f"poses are made of poses more than {MOST_DEEP} deep"
-        self.findings(written).report_once("limit-exceeded", message, written.key.span)
+        findings = self.findings(written)
+        message = f"poses are made of poses more than {findings.limits.nesting} deep"
+        findings.report_once("limit-exceeded", message, written.key.span, raised_by("nesting"))
 
     def findings(self, written: WrittenPose) -> Findings:
         """The findings of a pose's place."""

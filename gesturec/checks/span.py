@@ -10,8 +10,9 @@ from typing import Any
 
 from gesturec.checks.bindings import build_bindings
 from gesturec.checks.body import BodyBinding, BodyGesture, BodyPose, Expressed, ResolvedBody
-from gesturec.checks.constraints import constraints_of, report_double_names
+from gesturec.checks.constraints import constraints_of, report_double_names, rules_of
 from gesturec.checks.gestures import Gestures, WrittenGesture, written_gestures
+from gesturec.checks.machines import exclusive_of
 from gesturec.checks.model_tests import build_tests
 from gesturec.checks.names import report_doubles, tokens_of
 from gesturec.checks.parameters import SCALE, Settled
@@ -26,8 +27,8 @@ from gesturec.language.findings import Findings
 from gesturec.language.schema.leaf import wrong_kind
 
 
-def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
-    """Groups, constraints, poses, gestures, bindings and tests of the file itself."""
+def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> tuple[Names, Poses]:
+    """Groups, constraints, rules, poses, gestures, bindings and tests of the file itself; what names its poses have."""
     environment = body.environment
     check_top_names(body, findings)
     names = Names(lambda full: None, lambda full: None, {}, {})
@@ -37,6 +38,7 @@ def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> None
     names.poses, names.gestures = {None: tuple(poses.written)}, {None: tuple(gestures.written)}
     build_groups(body, SpanScope(body, names, environment), findings)
     build_constraints(body, SpanScope(body, names, environment), findings)
+    build_transitions(body, SpanScope(body, names, environment, steps=True), findings)
     for full in poses.written:
         pose = poses.resolve(full)
         if pose is not None:
@@ -50,6 +52,7 @@ def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> None
     body.bindings = (*build_bindings(body, settled, findings), *joined_bindings(body))
     build_all_tests(body, poses, gestures)
     warn_unused(body, settled, findings)
+    return names, poses
 
 
 def check_top_names(body: ResolvedBody, findings: Findings) -> None:
@@ -78,7 +81,7 @@ def members_of(item: Text, scope: SpanScope, findings: Findings) -> list[tuple[s
     """What a member of a group stands for: kinds and names."""
     symbol = scope.at_top(tuple(item.split(".")))
     match symbol:
-        case symbols.Limb(name=name) if name not in scope.body.parts:
+        case symbols.Limb(name=name, what="limb"):
             return [("limb", name)]
         case symbols.Joint(name=name):
             return [("joint", name)]
@@ -100,6 +103,19 @@ def build_constraints(body: ResolvedBody, scope: SpanScope, findings: Findings) 
         typed = spanning(constraint.expressed.typed, body, False, findings)
         if typed is not None:
             body.constraints.append(replace(constraint, expressed=replace(constraint.expressed, typed=typed)))
+
+
+def build_transitions(body: ResolvedBody, scope: SpanScope, findings: Findings) -> None:
+    """Rules on one step of all bodies, which know states and joint values alone, and what changes one at a time."""
+    top = body.model.main.block.transitions
+    if top is None:
+        return
+    report_double_names(top.rules, findings)
+    for rule in rules_of(top.rules, scope, None):
+        typed = spanning(rule.expressed.typed, body, False, findings)
+        if typed is not None:
+            body.rules.append(replace(rule, expressed=replace(rule.expressed, typed=typed)))
+    body.exclusive = exclusive_of(body, scope.environment)
 
 
 @dataclass(eq=False)
@@ -163,7 +179,7 @@ class SpanBuilder(PoseBuilder):
         is_group = key in self.poses.body.groups
         for name in self.poses.body.groups[str(key)] if is_group else (str(key),):
             found = known_part(name, self.poses.body)
-            if found is None or found[1] not in (*found[0].body.limbs, *found[0].body.groups):
+            if found is None or found[1] not in entries_of(found[0].body):
                 known = (*self.poses.body.parts, *self.poses.body.groups, *limbs_of_parts(self.poses.body), "when")
                 message = f"the pose names no body, limb or group: `{name}`"
                 scope.environment.findings.report("unknown-limb", message, key.span, "", did_you_mean(key, known))
@@ -175,15 +191,23 @@ class SpanBuilder(PoseBuilder):
 
     def one_body(self, node: Mapping | Text, part: BodyPart, scope: SpanScope) -> None:
         """What a map says of one body, in that body's own names and axes."""
-        inner = PoseBuilder(part.poses, part.scope(scope))
+        inner = part_builder(part, scope)
         if isinstance(node, Text):
             inner.expression(node, inner.scope)
+        elif isinstance(inner, SpanBuilder) and isinstance(inner.scope, SpanScope):
+            inner.bodies(node, inner.scope)
         else:
             inner.limbs(node, inner.scope)
         self.is_wrong |= inner.is_wrong
         for found in inner.parts:
             self.parts.append(replace(found, typed=of_part(found.typed, part, found.limb), limb=None))
         self.wanted += map(part.cell, inner.wanted)
+
+
+def part_builder(part: BodyPart, scope: SpanScope) -> PoseBuilder:
+    """What takes in what a map says of one body."""
+    inner = part.scope(scope)
+    return SpanBuilder(part.poses, inner) if isinstance(inner, SpanScope) else PoseBuilder(part.poses, inner)
 
 
 @dataclass(eq=False)
@@ -207,7 +231,15 @@ class SpanGestures(Gestures):
 
 def limbs_of_parts(body: ResolvedBody) -> tuple[str, ...]:
     """Every limb by its name in the whole."""
-    return tuple(f"{part.name}.{limb}" for part in body.parts.values() for limb in part.body.limbs)
+    return tuple(
+        f"{part.name}.{limb}" for part in body.parts.values() for limb in (*part.body.limbs, *limbs_of_parts(part.body))
+    )
+
+
+def entries_of(body: ResolvedBody) -> tuple[str, ...]:
+    """What a map may speak of in a body: its limbs and groups, and of one of several its bodies with theirs."""
+    inner = (f"{part.name}.{name}" for part in body.parts.values() for name in entries_of(part.body))
+    return (*body.limbs, *body.groups, *body.parts, *inner)
 
 
 def joined_bindings(body: ResolvedBody) -> tuple[BodyBinding, ...]:
@@ -236,11 +268,27 @@ def joined(a: BodyBinding, b: BodyBinding) -> BodyBinding:
 
 def build_all_tests(body: ResolvedBody, poses: SpanPoses, gestures: SpanGestures) -> None:
     """Tests of the file, whose paths and gestures may be those of bodies."""
-    written, known = dict(poses.written), list(gestures.written)
-    for part in body.parts.values():
-        written |= {f"{part.name}.{full}": pose for full, pose in part.poses.written.items()}
-        known += [f"{part.name}.{full}" for full in part.body.gestures]
-    body.tests = build_tests(body, replace(poses, written=written), tuple(known), body.environment)
+    written = {**poses.written, **poses_of_parts(body)}
+    known = (*gestures.written, *gestures_of_parts(body))
+    body.tests = build_tests(body, replace(poses, written=written), known, body.environment)
+
+
+def poses_of_parts(body: ResolvedBody) -> dict[str, WrittenPose]:
+    """The bodies' poses by their names in the whole."""
+    return {
+        f"{part.name}.{full}": pose
+        for part in body.parts.values()
+        for full, pose in {**part.poses.written, **poses_of_parts(part.body)}.items()
+    }
+
+
+def gestures_of_parts(body: ResolvedBody) -> tuple[str, ...]:
+    """The bodies' gestures by their names in the whole."""
+    return tuple(
+        f"{part.name}.{full}"
+        for part in body.parts.values()
+        for full in (*part.body.gestures, *gestures_of_parts(part.body))
+    )
 
 
 def warn_unused(body: ResolvedBody, settled: Settled, findings: Findings) -> None:

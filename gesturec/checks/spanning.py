@@ -2,7 +2,8 @@
 
 In: the bodies, each resolved by itself. Out: `SpanScope` for the file's constraints, poses and gestures, and typed
 expressions that speak of the whole. What one body's own file says, or a map says of one body, is seen from that
-body as ever; what the spanning file says itself is in world axes.
+body as ever; what the spanning file says itself is in world axes. A body may itself be of several: names then nest,
+and what its file says of its bodies is as much the world's as what is said here.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ class BodyPart:
 
     def scope(self, like: BodyScope) -> BodyScope:
         """What is seen in this body, in a place that is otherwise like another."""
-        return BodyScope(self.body, self.names, like.environment, None, like.motion, like.steps)
+        kind = SpanScope if self.body.parts else BodyScope
+        return kind(self.body, self.names, like.environment, None, like.motion, like.steps)
 
     def pose(self, full: str) -> BodyPose | None:
         """One of its poses, as one of the whole."""
@@ -48,7 +50,7 @@ class BodyPart:
 
 @dataclass(frozen=True, eq=False)
 class SpanScope(BodyScope):
-    """The scope of a place in a file of several bodies."""
+    """The scope of a place in a file of several bodies, which has no limb of its own."""
 
     def at_top(self, path: tuple[str, ...]) -> Symbol:
         """What a path means: a body's name and what that body has, or a thing of the file."""
@@ -100,9 +102,8 @@ def prefixed_symbol(symbol: Symbol, name: str, names: Names) -> Symbol:
         case symbols.Pose():
             return replace(symbol, full=f"{name}.{symbol.full}")
         case symbols.Gesture():
-            limb = name if symbol.limb is None else f"{name}.{symbol.limb}"
             scope = PartScope(symbol.scope, name, names)
-            return symbols.Gesture(f"{name}.{symbol.full}", symbol.pattern, scope, limb)
+            return symbols.Gesture(f"{name}.{symbol.full}", symbol.pattern, scope, seen_from(symbol, name))
         case symbols.SeenFrom():
             return symbols.SeenFrom(f"{name}.{symbol.limb}")
         case symbols.Group():
@@ -113,8 +114,17 @@ def prefixed_symbol(symbol: Symbol, name: str, names: Names) -> Symbol:
             return symbol
 
 
+def seen_from(gesture: symbols.Gesture, name: str) -> str | None:
+    """The body or limb from which a body's gesture is seen; None of one that itself spans several."""
+    if gesture.limb is None:
+        return None if isinstance(gesture.scope, SpanScope | PartScope) else name
+    return f"{name}.{gesture.limb}"
+
+
 def of_part(typed: Typed, part: BodyPart, limb: str | None) -> Typed:
     """A typed expression of one body as one of the whole, seen from where it is written."""
+    if part.body.parts:
+        return renamed(typed, part)
     place = symbols.SeenFrom(part.name if limb is None else f"{part.name}.{limb}")
     return Typed("seen_from", typed.type, typed.span, (renamed(typed, part),), (place,))
 
@@ -133,8 +143,10 @@ def in_world(typed: Typed, body: ResolvedBody) -> Typed:
         return typed
     if typed.op in ("token", "prev_token"):
         return replace(typed, op="world_token")
+    if typed.op == "clearance" and across(typed, body):
+        return replace(typed, op="world_clearance")
     if typed.op in ("joint", "prev_joint") and isinstance(typed.symbols[0], symbols.Joint):
-        scale = body.parts[typed.symbols[0].name.partition(".")[0]].body.scale
+        scale = single(typed.symbols[0].name, body)[1].scale
         if typed.symbols[0].kind == LENGTH and scale != 1.0:
             back = Typed("constant", Type(NUMBER.what, PURE), typed.span, constant=Quantity(1.0 / scale, PURE))
             return Typed("multiply", typed.type, typed.span, (typed, back))
@@ -158,11 +170,13 @@ def what_is_wrong(node: Typed, body: ResolvedBody, motion: bool) -> tuple[str, s
     if node.op in OF_ONE_BODY:
         message = f"`{node.span.text}` is about one body, and here there are {len(body.parts)}"
         return message, "say it in a pose of the body's own model, and name that pose here"
-    if node.op == "clearance" and len({limb.partition(".")[0] for limb in limbs_of(node)}) > 1:
-        return "`clearance` is between limbs of one body", "use `distance` of tokens"
     if not motion and node.op in ("token", "prev_token"):
         message = f"where `{node.span.text}` is in the world is known only while recording"
         return message, "a constraint of one body stands in its own model"
+    if not motion and node.op == "clearance" and across(node, body):
+        limbs = " and ".join(f"`{limb}`" for limb in limbs_of(node))
+        message = f"how far {limbs} are apart is known only while recording"
+        return message, "say it in a pose or a gesture"
     return None
 
 
@@ -175,6 +189,24 @@ def own_nodes(typed: Typed) -> list[Typed]:
 def limbs_of(node: Typed) -> list[str]:
     """The limbs that a node names."""
     return [symbol.name for symbol in node.symbols if isinstance(symbol, symbols.Limb)]
+
+
+def across(node: Typed, body: ResolvedBody) -> bool:
+    """Whether the limbs that a node names are of several bodies."""
+    return len({single(limb, body)[0] for limb in limbs_of(node)}) > 1
+
+
+def single(name: str, body: ResolvedBody) -> tuple[str, ResolvedBody, str]:
+    """The one body of a name in the whole: its full name, itself, and the name in it.
+
+    A body of several has no frame or size of its own; it is given back where the name goes no further.
+    """
+    above: list[str] = []
+    while body.parts and name:
+        first, _, name = name.partition(".")
+        above.append(first)
+        body = body.parts[first].body
+    return ".".join(above), body, name
 
 
 def known_part(name: str, body: ResolvedBody) -> tuple[BodyPart, str] | None:

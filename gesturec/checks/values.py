@@ -13,6 +13,7 @@ from gesturec.language.document import Node, Sequence, Text
 from gesturec.language.expressions import constant
 from gesturec.language.expressions.scope import Words
 from gesturec.language.expressions.units import PURE, Kind
+from gesturec.language.limits import raised_by
 from gesturec.language.schema.leaf import is_passed, wrong_kind
 
 
@@ -113,13 +114,16 @@ def positive(node: Node | None, environment: Environment, kind: Kind, zero: bool
     return None
 
 
-def whole_number(node: Node | None, environment: Environment, least: int, most: int) -> int | None:
-    """A whole number between two bounds."""
+def whole_number(
+    node: Node | None, environment: Environment, least: int, most: int, limit: str | None = None
+) -> int | None:
+    """A whole number between two bounds, of which the upper may be a limit by name."""
     value = number(node, environment, PURE)
     if value is None or node is None:
         return None
     if value != round(value) or not least <= value <= most:
         message = f"`{node}` is not a whole number from {least:,} to {most:,}"
-        environment.findings.report("value-out-of-range", message, node.span)
+        help = raised_by(limit) if limit is not None and value > most else None
+        environment.findings.report("value-out-of-range", message, node.span, "", help)
         return None
     return round(value)

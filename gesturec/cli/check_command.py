@@ -23,7 +23,8 @@ def run(options: Namespace) -> int:
     from gesturec.diagnostics.render import render
     from gesturec.diagnostics.rules import severity
 
-    findings = [found for text in options.model for found in findings_of(source_of(text), **compile_options(options))]
+    given = compile_options(options)
+    findings = [found for text in options.model for found in findings_of(source_of(text, options), **given)]
     sys.stdout.write(render(findings, options.format))
     if not findings and options.format == "text":
         print(f"{', '.join(options.model)}: no findings")

@@ -38,21 +38,21 @@ def _product(options: Namespace) -> object:
         return load_artifact(options.model, options)
     if Path(options.model).suffix == COMPILED:
         raise UsageError("a compiled file has the stage `tables` alone")
-    source = source_of(options.model)
-    return _document(source) if options.stage == "document" else _stage(options.stage, source, compile_options(options))
+    source, given = source_of(options.model, options), compile_options(options)
+    return _document(source, given["limits"]) if options.stage == "document" else _stage(options.stage, source, given)
 
 
-def _document(source: Any) -> object:
+def _document(source: Any, limits: Any) -> object:
     """The file as read: texts, lists and mappings."""
     from gesturec.diagnostics.source import Source
     from gesturec.language.findings import Findings
     from gesturec.language.reader import read_document
 
-    findings = Findings()
+    findings = Findings(limits)
     if isinstance(source, Source):
-        document = read_document(source.name, source.text.encode(), findings)
+        document = read_document(source.name, source.text.encode(), findings, limits)
     else:
-        document = read_document(str(source), Path(source).read_bytes(), findings)
+        document = read_document(str(source), Path(source).read_bytes(), findings, limits)
     findings.raise_errors()
     return document
 

@@ -13,6 +13,7 @@ from gesturec.shipped import shipped_models
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
+    from gesturec.expansion.limits import Limits
     from gesturec.model import Model
 
 SOURCES = (".yaml", ".yml")
@@ -40,8 +41,17 @@ def add_model_options(parser: ArgumentParser) -> None:
         type=setting,
         default=[],
         metavar="NAME=N",
-        help="another limit, as findings name it (again for more)",
+        help=f"another limit, as findings name it (again for more): {listed_limits()}",
     )
+
+
+def listed_limits() -> str:
+    """Every limit that can be raised, with its default."""
+    from dataclasses import fields
+
+    from gesturec.expansion.limits import DEFAULT_LIMITS
+
+    return ", ".join(f"{field.name}={getattr(DEFAULT_LIMITS, field.name)}" for field in fields(DEFAULT_LIMITS))
 
 
 def is_model(text: str) -> bool:
@@ -76,16 +86,16 @@ def load_artifact(text: str, options: Namespace) -> Artifact:
         if options.settings:
             raise UsageError(f"--set acts before a model is compiled, and {text} is compiled already")
         artifact = load(model_path(text))
-        return artifact if options.profile is None else _with_body(artifact, options.profile)
+        return artifact if options.profile is None else _with_body(artifact, options)
     return compile_source(text, options).artifact
 
 
-def _with_body(artifact: Artifact, profile: str) -> Artifact:
+def _with_body(artifact: Artifact, options: Namespace) -> Artifact:
     """A compiled model with the body of a profile's person."""
     from gesturec.compile import with_body
     from gesturec.diagnostics.errors import ModelError
 
-    applied, findings = with_body(artifact, profile)
+    applied, findings = with_body(artifact, options.profile, limits_of(options))
     if applied is None:
         raise ModelError(findings)
     return applied
@@ -95,10 +105,10 @@ def compile_source(text: str, options: Namespace) -> Model:
     """The compiled model of an argument that is YAML, with the compiler's warnings."""
     from gesturec.compile import compile_model
 
-    return compile_model(source_of(text), **compile_options(options))
+    return compile_model(source_of(text, options), **compile_options(options))
 
 
-def source_of(text: str) -> Any:
+def source_of(text: str, options: Namespace) -> Any:
     """What the compiler reads: a path as the user wrote it, or the text of standard input."""
     if text != "-":
         path = model_path(text)
@@ -106,10 +116,9 @@ def source_of(text: str) -> Any:
             raise UsageError(f"{text} is compiled already, and the model's source is asked for here")
         return path
     from gesturec.diagnostics.source import Source
-    from gesturec.language.limits import DEFAULT_LIMITS
 
     # What is no UTF-8 is the reader's to find, with its place.
-    data = sys.stdin.buffer.read(DEFAULT_LIMITS.file_bytes + 1)
+    data = sys.stdin.buffer.read(limits_of(options).file_bytes + 1)
     return Source("<stdin>", data.decode("utf-8", "surrogateescape"))
 
 
@@ -118,16 +127,16 @@ def compile_options(options: Namespace) -> dict[str, Any]:
     settings = dict(options.settings)
     if len(settings) < len(options.settings):
         raise UsageError("--set gives one parameter two values")
-    given = dict(options.limits) | ({} if options.max_states is None else {"max_states": options.max_states})
-    return {"set": settings, "profile": options.profile, "limits": _limits(given)}
+    return {"set": settings, "profile": options.profile, "limits": limits_of(options)}
 
 
-def _limits(given: dict[str, Any]) -> Any:
+def limits_of(options: Namespace) -> Limits:
     """The compiler's limits with those given."""
     from dataclasses import fields, replace
 
     from gesturec.expansion.limits import DEFAULT_LIMITS
 
+    given = dict(options.limits) | ({} if options.max_states is None else {"max_states": options.max_states})
     known = [field.name for field in fields(DEFAULT_LIMITS)]
     for name, value in given.items():
         if name not in known:

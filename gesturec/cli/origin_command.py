@@ -28,6 +28,6 @@ def run(options: Namespace) -> int:
     if str(options.model).endswith(COMPILED):
         raise UsageError("a compiled file no longer knows where its values come from; give its source")
     given = compile_options(options)
-    found = origins(source_of(options.model), options.path, given["set"], given["profile"])
+    found = origins(source_of(options.model, options), options.path, **given)
     print(json.dumps([origin.as_dict() for origin in found], indent=2) if options.json else text_of(found))
     return 0

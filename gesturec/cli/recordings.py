@@ -10,9 +10,11 @@ from gesturec.cli.usage import count, positive
 if TYPE_CHECKING:
     from gesturec.recordings.recording import Recording
 
+LIMITS = ("max_values", "max_points", "max_line")
+
 
 def add_recording_options(parser: ArgumentParser) -> None:
-    """`--units`, `--rig`, `--noise-px`, `--max-values`."""
+    """`--units`, `--rig`, `--noise-px`, and the limits `--max-values`, `--max-points`, `--max-line`."""
     parser.add_argument(
         "--units", metavar="UNIT", help="unit of the recording's lengths (default: what it states, else m)"
     )
@@ -21,11 +23,12 @@ def add_recording_options(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--noise-px", type=positive, metavar="PX", help="standard deviation of a pixel coordinate")
     parser.add_argument("--max-values", type=count, metavar="N", help="most numbers that are read from a recording")
+    parser.add_argument("--max-points", type=count, metavar="N", help="most points of a recording")
+    parser.add_argument("--max-line", type=count, metavar="N", help="most characters of a line of a recording's text")
 
 
 def read_recording(path: str, options: Namespace) -> Recording:
     """Read the recording that an argument names."""
-    from gesturec.recordings.limits import DEFAULT_MAX_VALUES
     from gesturec.recordings.read import read
 
     return read(
@@ -33,5 +36,5 @@ def read_recording(path: str, options: Namespace) -> Recording:
         options.units,
         rig=options.rig,
         noise_px=options.noise_px,
-        max_values=options.max_values or DEFAULT_MAX_VALUES,
+        **{name: given for name in LIMITS if (given := getattr(options, name)) is not None},
     )

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from gesturec.artifact.programs import OPS, unpack_limbs
+from gesturec.language.expressions.typed import MOTION
 from gesturec.lowering.lowered import LoweredModel, Operation
 
 TAKES: Final = {op.name: op.takes for op in OPS}
-MOTION: Final = frozenset(("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from gesturec.artifact.clearance import clearance
 from gesturec.artifact.kinematics import Chain, complete_values, points_in
 from gesturec.artifact.programs import VECTORS, LeafEnvironment, unpack_limbs
+from gesturec.expansion.limits import DEFAULT_LIMITS, Limits
 from gesturec.expansion.states import Floats, Ints, MachineStates
 from gesturec.lowering.lowered import LoweredModel, Operation
 
@@ -52,6 +53,7 @@ class Body:
     chain: Chain
     sets: SetTable
     states: dict[int, MachineStates]
+    limits: Limits = DEFAULT_LIMITS
 
 
 def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, Ints]) -> LeafEnvironment:

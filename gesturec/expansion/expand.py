@@ -63,7 +63,7 @@ def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
 def _expand(model: LoweredModel, limits: Limits) -> Expansion:
     findings: list[Diagnostic] = []
     columns = chain_columns(model)
-    body = Body(model, _chain(model, columns), SetTable(), {})
+    body = Body(model, _chain(model, columns), SetTable(), {}, limits)
     machines = [_attempt(findings, _expand_machine, body, m, limits) for m in range(len(model.machines))]
     results = [machine for machine in machines if machine is not None]
     for result in results:

@@ -11,13 +11,15 @@ from typing import Final
 
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.source import Span
+from gesturec.language.limits import Limits as ModelLimits
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(ModelLimits):
     """What a compile may take; each bound is named in the finding that refuses to go beyond it.
 
-    On the command line the first is `--max-states N` and any of them `--limit NAME=N`.
+    On the command line any of them is `--limit NAME=N`, and `--max-states N` is `--limit max_states=N`. Those of what
+    a file says itself are the base's.
 
     Attributes
     ----------
@@ -31,6 +33,8 @@ class Limits:
         Cells of one relation's table over the product of its machines' states.
     memory
         Bytes of all tables of one machine together.
+    followed
+        Joints that one joint follows; each further one triples the work.
     """
 
     max_states: int = 1_000_000
@@ -38,6 +42,7 @@ class Limits:
     max_transitions: int = 80_000_000
     max_relation: int = 16_000_000
     memory: int = 1 << 30
+    followed: int = 7
 
 
 DEFAULT_LIMITS: Final = Limits()

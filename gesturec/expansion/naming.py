@@ -28,7 +28,7 @@ def model_manifest(tables: BodyTables) -> Manifest:
         name=model.name,
         generator=f"gesturec {__version__}",
         description=model.description,
-        digest=source_digest(model),
+        digest=source_digest(model.name, model),
         units=dict(model.units),
         root=model.root_name,
         scale=model.scale,
@@ -60,13 +60,14 @@ def model_manifest(tables: BodyTables) -> Manifest:
 def _body(part: LoweredPart) -> dict[str, Any]:
     """One of several bodies, with what is its own as first and count."""
     own = {name: list(getattr(part, name)) for name in ("limbs", "joints", "tokens", "machines")}
-    return {"name": part.name, "root": part.root_name, "scale": part.scale, "exclusive": list(part.exclusive), **own}
+    told = {"name": part.name, "model": part.model, "digest": source_digest(part.model, part)}
+    return {**told, "root": part.root_name, "scale": part.scale, "exclusive": list(part.exclusive), **own}
 
 
-def source_digest(model: LoweredModel) -> str:
+def source_digest(name: str, model: LoweredModel | LoweredPart) -> str:
     """SHA-256 of the sources' digests, the effective parameters and the compiler's version."""
     sources = sorted(digest for _, digest in model.sources)
-    settings = [FORMAT, __version__, model.name, model.scale, sources, _json(model.parameters)]
+    settings = [FORMAT, __version__, name, model.scale, sources, _json(model.parameters)]
     return hashlib.sha256(canonical_json(settings).encode()).hexdigest()
 
 

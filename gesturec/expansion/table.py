@@ -18,12 +18,11 @@ from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.environment import Body
 from gesturec.expansion.limits import Refused
 from gesturec.expansion.states import Floats, Ints, MachineStates
+from gesturec.language.limits import raised_by
 
 # Where in a driver's cell, besides its ends and value, a coupled joint is asked, by the number of its drivers: what
 # follows need not be monotone.
 BETWEEN: Final = {1: tuple(i / 8 for i in range(1, 8)), 2: (0.25, 0.5, 0.75), 3: (0.5,)}
-# Each further driver triples the work.
-MOST_DRIVERS: Final = 7
 
 
 class Cells(NamedTuple):
@@ -103,7 +102,7 @@ def coupled_cell(body: Body, joint: int, given: dict[int, Cells]) -> Cells:
     """A coupled joint's value, and the least and the greatest that it takes anywhere in the cells of its drivers."""
     drivers = followed_joints(body.chain, joint)
     moving = [driver for driver in drivers if driver in given]
-    if len(moving) > MOST_DRIVERS:
+    if len(moving) > body.limits.followed:
         raise Refused(_too_many_drivers(body, joint, len(moving)))
     at_rest = {driver: cell_of(body, driver, given).value for driver in drivers}
     value = low = high = coupled_value(body.chain, joint, at_rest)
@@ -123,5 +122,5 @@ def _places(cell: Cells, n_driver: int) -> Iterator[Floats]:
 def _too_many_drivers(body: Body, joint: int, found: int) -> Diagnostic:
     lowered = body.model.joints[joint]
     assert lowered.coupling is not None
-    message = f"joint `{lowered.name}` follows {found} joints; at most {MOST_DRIVERS} can be followed"
-    return Diagnostic("limit-exceeded", message, lowered.coupling.span)
+    message = f"joint `{lowered.name}` follows {found} joints; the limit is {body.limits.followed}"
+    return Diagnostic("limit-exceeded", message, lowered.coupling.span, help=raised_by("followed"))

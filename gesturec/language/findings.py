@@ -1,4 +1,4 @@
-"""Where a compile collects what it finds: each once, sorted by place when asked for."""
+"""Where a compile collects what it finds: each once, sorted by place when asked for; and what it may take."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.rules import severity
 from gesturec.diagnostics.source import Span
+from gesturec.language.limits import DEFAULT_LIMITS, Limits
 
 
 class Findings:
     """The findings so far. The same rule at the same place counts once: a template's fault is one in all its limbs."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: Limits = DEFAULT_LIMITS) -> None:
+        self.limits = limits
         self.found: dict[tuple[str, str, int, int], Diagnostic] = {}
         self.muted = 0
         self.context: list[Related] = []

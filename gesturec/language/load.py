@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from gesturec.diagnostics.diagnostic import Related
@@ -40,7 +40,7 @@ def load_model(source: str | os.PathLike[str] | Source, limits: Limits = DEFAULT
     ModelError
         The file cannot be read, or is not YAML: there is no model to check.
     """
-    loader = Loader(Findings(), limits)
+    loader = Loader(Findings(limits), limits)
     if isinstance(source, Source):
         name, path, data = source.name, None, bytes_of_text(source.text)
     else:
@@ -49,7 +49,7 @@ def load_model(source: str | os.PathLike[str] | Source, limits: Limits = DEFAULT
     model = None if loader.findings.sorted() else loader.model(name, path, data, ())
     if model is None:
         raise ModelError(loader.findings.sorted())
-    return Model(model.main, model.includes, model.bodies, loader.findings.sorted())
+    return replace(model, findings=loader.findings.sorted())
 
 
 def bytes_of_text(text: str) -> bytes:
@@ -67,6 +67,7 @@ class Loader:
     findings: Findings
     limits: Limits
     files: int = 0
+    has_too_many: bool = False  # bodies, which is reported
     documents: dict[str, Document | None] = field(default_factory=dict)
     models: dict[str, Model | None] = field(default_factory=dict)  # of bodies, by file: two hands are read once
     open: list[str] = field(default_factory=list)  # models that are being read, each a body of the one before
@@ -82,7 +83,8 @@ class Loader:
         self.open.append(canonical(path))
         bodies = self.bodies(main, chain, path)
         self.open.pop()
-        return Model(main, includes, bodies)
+        counts = (one.model.n_body for one in bodies.values() if one.model is not None)
+        return Model(main, includes, bodies, n_body=max(1, sum(counts)))
 
     def part(self, document: Document, path: str | None, included: bool) -> ModelPart | None:
         """One file's block."""
@@ -183,10 +185,22 @@ class Loader:
     def bodies(self, part: ModelPart, chain: tuple[Text, ...], path: str | None) -> dict[str, BodyModel]:
         """The models of a file of several bodies."""
         bodies: dict[str, BodyModel] = {}
+        count = 0
         for name, block in part.block.bodies.items():
             model = None if block.model is None else self.body(part, block.model, chain)
+            if model is not None and block.model is not None and count + model.n_body > self.limits.bodies:
+                self.report_bodies(count + model.n_body, block.model)
+                model = None
+            count += 0 if model is None else model.n_body
             bodies[name] = BodyModel(block, model)
         return bodies
+
+    def report_bodies(self, count: int, node: Text) -> None:
+        """Say once that there are too many bodies: those files that have these have too many as well."""
+        if not self.has_too_many:
+            limit = limit_finding("the model", f"{count:,} bodies", "bodies", self.limits.bodies, node.span)
+            self.findings.add(limit)
+        self.has_too_many = True
 
     def body(self, part: ModelPart, node: Text, chain: tuple[Text, ...]) -> Model | None:
         """The model of one body."""

@@ -37,8 +37,17 @@ class Model:
     includes: tuple[ModelPart, ...] = ()
     bodies: dict[str, BodyModel] = field(default_factory=dict)
     findings: tuple[Diagnostic, ...] = ()
+    n_body: int = 1  # those of bodies of bodies each
 
     @property
     def parts(self) -> tuple[ModelPart, ...]:
         """The main file and what it includes."""
         return (self.main, *self.includes)
+
+    def body_names(self) -> tuple[str, ...]:
+        """The bodies' full names, those of a body of several in its place; of one body none."""
+        found: list[str] = []
+        for name, one in self.bodies.items():
+            inner = one.model.body_names() if one.model is not None else ()
+            found += [f"{name}.{each}" for each in inner] or [str(name)]
+        return tuple(found)

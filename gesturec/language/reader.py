@@ -19,7 +19,7 @@ from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.diagnostics.source import Source, Span
 from gesturec.language.document import Document, Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
-from gesturec.language.limits import DEFAULT_LIMITS, Limits
+from gesturec.language.limits import DEFAULT_LIMITS, Limits, raised_by
 
 NULLS = frozenset(("", "~", "null", "Null", "NULL"))
 # What begins as a number does, and is no key of the language or of the author's.
@@ -81,7 +81,7 @@ def limit_finding(what: str, found: str, limit: str, value: int, span: Span) -> 
         "limit-exceeded",
         f"{what} has {found}; the limit is {value:,}",
         span,
-        help=f"raise `Limits.{limit}` if this is meant",
+        help=raised_by(limit),
     )
 
 

@@ -1,7 +1,8 @@
 """The lowering of several bodies: each by itself, then one model over all their machines, and what spans them.
 
 In: a `ResolvedBody` with parts. Out: a `LoweredModel` whose `bodies` say which of its parts are whose. Programs of
-one body are as that body's own model has them; those of the spanning file take tokens in the world.
+one body are as that body's own model has them; those of the spanning file take tokens in the world. A body that is
+of several itself is lowered first: its bodies are then bodies of the whole, by `body.name`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from gesturec.checks.body import BodyBinding, BodyConstraint, BodyGesture, BodyPose, ResolvedBody
+from gesturec.checks.spanning import single
 from gesturec.language.expressions.scope import Pose, SeenFrom
 from gesturec.language.expressions.typed import Typed, split
 from gesturec.lowering.frames import scaled_operations
@@ -23,6 +25,7 @@ from gesturec.lowering.lowered import (
     LoweredPart,
     LoweredPattern,
     LoweredPose,
+    LoweredRule,
     LoweredTruth,
     Operation,
     Program,
@@ -51,16 +54,16 @@ def lower_bodies(body: ResolvedBody) -> LoweredModel:
         rules=tuple(shift.rule(each) for shift, model in pairs for each in model.rules),
         poses=tuple(shift.pose(each) for shift, model in pairs for each in model.poses),
         bindings=(),
-        exclusive=(),
+        exclusive=body.exclusive,
         groups={},
         gestures=tuple(shift.gesture(each) for shift, model in pairs for each in model.gestures),
         tests=body.tests,
         parameters={**body.parameters, **all_parameters(pairs)},
         sources=tuple(sorted(all_sources(body, models))),
         patterns=tuple(shift.pattern(each) for shift, model in pairs for each in model.patterns),
-        bodies=tuple(part_of(shift, model) for shift, model in pairs),
+        bodies=tuple(part for shift, model in pairs for part in parts_of(shift, model)),
     )
-    return Spanning(body, replace(whole, groups={**all_groups(pairs), **body.groups}), shifts).model()
+    return Spanning(body, replace(whole, groups={**all_groups(pairs), **body.groups})).model()
 
 
 def all_groups(pairs: Iterable[tuple[Shift, LoweredModel]]) -> dict[str, tuple[str, ...]]:
@@ -83,17 +86,25 @@ def all_sources(body: ResolvedBody, models: Iterable[LoweredModel]) -> set[tuple
     return own.union(*(model.sources for model in models))
 
 
-def part_of(shift: Shift, model: LoweredModel) -> LoweredPart:
+def parts_of(shift: Shift, model: LoweredModel) -> tuple[LoweredPart, ...]:
+    """What of the whole is a body's, or each of its bodies'."""
+    return tuple(map(shift.part, model.bodies)) or (whole_part(shift, model),)
+
+
+def whole_part(shift: Shift, model: LoweredModel) -> LoweredPart:
     """What of the whole is a body's."""
     return LoweredPart(
         name=shift.name,
+        model=model.name,
         root_name=model.root_name,
         scale=model.scale,
         limbs=(shift.limbs, len(model.limbs)),
         joints=(shift.joints, len(model.joints)),
         tokens=(shift.tokens, len(model.tokens)),
         machines=(shift.machines, len(model.machines)),
-        exclusive=model.exclusive,
+        exclusive=shift.exclusive(model.exclusive),
+        parameters=model.parameters,
+        sources=model.sources,
     )
 
 
@@ -103,15 +114,15 @@ class Spanning:
 
     body: ResolvedBody
     whole: LoweredModel
-    shifts: list[Shift]
     seen: dict[str, tuple[Operation, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        whole = self.whole
+        whole, self.most = self.whole, self.body.environment.findings.limits.operations
         self.joints = {joint.name: number for number, joint in enumerate(whole.joints)}
         self.tokens = {token.name: number for number, token in enumerate(whole.tokens)}
         self.limbs = {limb.name: number for number, limb in enumerate(whole.limbs)}
         self.machines = {machine.name: number for number, machine in enumerate(whole.machines)}
+        self.bodies = {part.name: number for number, part in enumerate(whole.bodies)}
         self.poses = {pose.name: pose.program.operations for pose in whole.poses}
 
     def model(self) -> LoweredModel:
@@ -122,6 +133,7 @@ class Spanning:
             self.lower_pose(name, poses)
         return replace(
             whole,
+            rules=(*whole.rules, *map(self.rule, body.rules)),
             constraints=(*whole.constraints, *(part for each in body.constraints for part in self.constraint(each))),
             poses=(*whole.poses, *(poses[name] for name in body.poses)),
             bindings=tuple(map(self.binding, body.bindings)),
@@ -153,14 +165,14 @@ class Spanning:
 
     def flips(self, limb: str) -> tuple[int, ...]:
         """The axes across which a body, or a limb of it, is mirrored."""
-        name, _, inner = limb.partition(".")
-        return flips_of(self.body.parts[name].body, inner or None)
+        _, body, inner = single(limb, self.body)
+        return flips_of(body, inner or None)
 
     # programs
 
     def operations(self, typed: Typed) -> tuple[Operation, ...]:
         """The operations of an expression of the file."""
-        return lower(self.with_seen(typed), self).operations
+        return lower(self.with_seen(typed), self, (), self.most).operations
 
     def with_seen(self, typed: Typed) -> Typed:
         """What is seen from a body as a name, whose operations are kept in `seen`."""
@@ -169,16 +181,14 @@ class Spanning:
         (place,) = typed.symbols
         assert isinstance(place, SeenFrom)
         name = f"#{len(self.seen)}"
-        self.seen[name] = self.from_body(typed, place.limb.partition(".")[0])
+        self.seen[name] = self.from_body(typed, *single(place.limb, self.body)[:2])
         return Typed("pose", typed.type, typed.span, symbols=(Pose(name, True),))
 
-    def from_body(self, typed: Typed, name: str) -> tuple[Operation, ...]:
+    def from_body(self, typed: Typed, name: str, body: ResolvedBody) -> tuple[Operation, ...]:
         """The operations of what one body says: in its size as written, its motion its own."""
-        shift = next(shift for shift in self.shifts if shift.name == name)
         slides = frozenset(number for number, joint in enumerate(self.whole.joints) if joint.type == "slide")
-        scale = self.body.parts[name].body.scale
-        operations = scaled_operations(lower(typed, self).operations, scale, slides)
-        motion = Shift(name, shift.body, 0, 0, 0, 0)  # its names have the numbers of the whole already
+        operations = scaled_operations(lower(typed, self, (), self.most).operations, body.scale, slides)
+        motion = Shift(name, self.bodies[name], 0, 0, 0, 0)  # its names have the numbers of the whole already
         return motion.operations(operations)
 
     def machines_behind(self, operations: Iterable[Operation]) -> tuple[int, ...]:
@@ -220,6 +230,12 @@ class Spanning:
                 span=constraint.span,
             )
 
+    def rule(self, rule: BodyConstraint) -> LoweredRule:
+        """A rule on one step."""
+        program = Program(self.operations(rule.expressed.typed), rule.expressed.span)
+        machines = self.machines_behind(program.operations)
+        return LoweredRule(rule.name, rule.kind, program, machines, rule.cost, rule.span)  # type: ignore[arg-type]
+
     def lower_pose(self, full: str, lowered: dict[str, LoweredPose]) -> None:
         """Lower a pose of the file, after those that it uses."""
         pose: BodyPose | None = self.body.poses.get(full)
@@ -248,7 +264,7 @@ class Spanning:
 
     def wanted(self, joint: int, cell: Any) -> Wanted:
         """What a map wants of a joint, in the body's size."""
-        scale = self.body.parts[cell.limb.partition(".")[0]].body.scale
+        scale = single(cell.limb, self.body)[1].scale
         factor = scale if self.whole.joints[joint].type == "slide" else 1.0
         return Wanted(joint, cell.value * factor, cell.low * factor, cell.high * factor)
 

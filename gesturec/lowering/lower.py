@@ -24,6 +24,9 @@ from gesturec.checks.body import (
 )
 from gesturec.checks.check import NO_SETTINGS, resolve_model
 from gesturec.checks.joints import SAME
+from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.errors import ModelError
+from gesturec.diagnostics.render import place_of_start
 from gesturec.language.expressions.typed import Typed, split, uses, walk
 from gesturec.language.model import Model
 from gesturec.lowering.frames import scaled_operations
@@ -77,13 +80,25 @@ def lower_model(model: Model, settings: Mapping[str, object] = NO_SETTINGS) -> L
 
 
 def lower_body(body: ResolvedBody) -> LoweredModel:
-    """Lower a body without errors, or several."""
-    if body.parts:
-        from gesturec.lowering.bodies import lower_bodies
+    """Lower a body without errors, or several.
 
-        return lower_bodies(body)
-    limbs = ordered_limbs(body)
-    return Lowering(body, limbs, number_parts(body, limbs)).model()
+    Raises
+    ------
+    ModelError
+        What hangs from, or is made of, others does so too deep for the stack: limits were raised that far.
+    """
+    try:
+        if body.parts:
+            from gesturec.lowering.bodies import lower_bodies
+
+            return lower_bodies(body)
+        limbs = ordered_limbs(body)
+        return Lowering(body, limbs, number_parts(body, limbs)).model()
+    except RecursionError:
+        message = "limbs hang from limbs, or names are made of others, too deep to be followed"
+        place = place_of_start(body.model.main.source)
+        finding = Diagnostic("limit-exceeded", message, place, help="the limits were raised too far")
+        raise ModelError((finding,)) from None
 
 
 class Lowering:
@@ -126,7 +141,8 @@ class Lowering:
 
     def operations(self, typed: Typed, limb: str | None) -> tuple[Operation, ...]:
         """The operations of a typed expression of a limb (None: of the top), seen in its mirrors and scale."""
-        program = lower(typed, self.numbers, flips_of(self.body, limb))
+        most = self.body.environment.findings.limits.operations
+        program = lower(typed, self.numbers, flips_of(self.body, limb), most)
         return program.operations
 
     def program(self, expressed: Expressed) -> Program:

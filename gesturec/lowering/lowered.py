@@ -262,9 +262,13 @@ class LoweredBinding:
 
 @dataclass(frozen=True, slots=True)
 class LoweredPart:
-    """One of several bodies: what of the whole is its own, each as first and count."""
+    """One of several bodies: what of the whole is its own, each as first and count.
+
+    `model`, `parameters` and `sources` are those of its own model, as if that had been compiled alone.
+    """
 
     name: str
+    model: str
     root_name: str
     scale: float
     limbs: tuple[int, int]
@@ -272,6 +276,8 @@ class LoweredPart:
     tokens: tuple[int, int]
     machines: tuple[int, int]
     exclusive: tuple[str, ...]
+    parameters: dict[str, Any]
+    sources: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,12 +17,12 @@ from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.language.expressions.constants import CHAINED, constant_operations
 from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, SeenFrom, StateTest, Token
-from gesturec.language.expressions.typed import Typed
+from gesturec.language.expressions.typed import MOTION, Typed
+from gesturec.language.limits import DEFAULT_LIMITS, raised_by
 from gesturec.lowering.lowered import Operation, Program
 
-# A program of the language has some dozens.
-MOST_OPERATIONS: Final = 200_000
 POSITIONS: Final = frozenset(("token", "local_token", "prev_token", "prev_local_token", "world_token"))
+BETWEEN_LIMBS: Final = frozenset(("clearance", "world_clearance"))
 HAVE_BEFORE: Final = frozenset(("joint", "token", "local_token", "state_in", "cycle_at"))
 
 
@@ -48,7 +48,7 @@ class Ids(Protocol):
         """The axes across which a limb is mirrored."""
 
 
-def lower(typed: Typed, ids: Ids, mirrored: Sequence[int] = ()) -> Program:
+def lower(typed: Typed, ids: Ids, mirrored: Sequence[int] = (), most: int = DEFAULT_LIMITS.operations) -> Program:
     """The program of a typed expression.
 
     Raises
@@ -59,9 +59,10 @@ def lower(typed: Typed, ids: Ids, mirrored: Sequence[int] = ()) -> Program:
     operations: list[Operation] = []
     for operation in _emit(typed, ids, tuple(mirrored)):
         operations.append(operation)
-        if len(operations) > MOST_OPERATIONS:
-            message = f"the expression, with the poses in it, has more than {MOST_OPERATIONS:,} operations"
-            raise ModelError((Diagnostic("limit-exceeded", message, typed.span, help="poses repeat each other here"),))
+        if len(operations) > most:
+            message = f"the expression, with the poses in it, has more than {most:,} operations"
+            help = f"poses repeat each other here; {raised_by('operations')}"
+            raise ModelError((Diagnostic("limit-exceeded", message, typed.span, help=help),))
     return Program(tuple(operations), typed.span)
 
 
@@ -146,13 +147,13 @@ class Dependencies(NamedTuple):
 def dependencies(operations: Iterable[Operation]) -> Dependencies:
     """What lowered operations depend on; `prev_` counts as the same thing."""
     flat = [(operation.name.removeprefix("prev_"), operation) for operation in operations]
-    pairs = [operation.argument for name, operation in flat if name == "clearance"]
+    pairs = [operation.argument for name, operation in flat if name in BETWEEN_LIMBS]
     return Dependencies(
         frozenset(operation.argument for name, operation in flat if name == "joint"),
         frozenset(operation.argument for name, operation in flat if name in POSITIONS),
         frozenset(operation.argument for name, operation in flat if name == "cycle_at")
         | frozenset(operation.states[0] for name, operation in flat if operation.states is not None),
         frozenset(part for pair in pairs for part in unpack_limbs(pair)),
-        any(name in ("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token") for name, _ in flat),
+        any(name in MOTION for name, _ in flat),
         any(operation.name.startswith("prev_") for _, operation in flat),
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from gesturec.artifact.programs import OF_BODY, pack_limbs
 from gesturec.lowering.lowered import (
@@ -19,6 +19,7 @@ from gesturec.lowering.lowered import (
     LoweredLimb,
     LoweredMachine,
     LoweredModel,
+    LoweredPart,
     LoweredPattern,
     LoweredPose,
     LoweredRule,
@@ -27,12 +28,18 @@ from gesturec.lowering.lowered import (
     Operation,
     Program,
 )
-from gesturec.lowering.programs import POSITIONS
+from gesturec.lowering.programs import BETWEEN_LIMBS, POSITIONS
+
+# What `exclusive` says beside machines.
+WORDS: Final = ("motion", "deformation")
 
 
 @dataclass(frozen=True, slots=True)
 class Shift:
-    """Where a body's limbs, joints, tokens and machines begin, and its number and name."""
+    """Where a body's limbs, joints, tokens and machines begin, and its number and name.
+
+    Of a body that is of several itself the number is that of its first.
+    """
 
     name: str
     body: int
@@ -66,7 +73,7 @@ class Shift:
             else self.machines
             if name == "cycle_at"
             else pack_limbs(self.limbs, self.limbs)
-            if name == "clearance"
+            if name in BETWEEN_LIMBS
             else self.body * OF_BODY.get(name, 0)
         )
         return operation._replace(argument=operation.argument + step)
@@ -74,6 +81,22 @@ class Shift:
     def program(self, program: Program) -> Program:
         """A program."""
         return Program(self.operations(program.operations), program.span)
+
+    def part(self, part: LoweredPart) -> LoweredPart:
+        """One of the bodies of a body of several."""
+        return replace(
+            part,
+            name=self.full(part.name),
+            limbs=(part.limbs[0] + self.limbs, part.limbs[1]),
+            joints=(part.joints[0] + self.joints, part.joints[1]),
+            tokens=(part.tokens[0] + self.tokens, part.tokens[1]),
+            machines=(part.machines[0] + self.machines, part.machines[1]),
+            exclusive=self.exclusive(part.exclusive),
+        )
+
+    def exclusive(self, names: Iterable[str]) -> tuple[str, ...]:
+        """What of a body changes one at a time: its machines by their names in the whole."""
+        return tuple(name if name in WORDS else self.full(name) for name in names)
 
     def limb(self, limb: LoweredLimb) -> LoweredLimb:
         """A limb."""
@@ -176,9 +199,10 @@ class Shift:
 def shifts_of(names: Iterable[str], models: Iterable[LoweredModel]) -> list[Shift]:
     """Where each body begins."""
     found: list[Shift] = []
-    counts = (0, 0, 0, 0)
-    for body, (name, model) in enumerate(zip(names, models, strict=True)):
+    counts, body = (0, 0, 0, 0), 0
+    for name, model in zip(names, models, strict=True):
         found.append(Shift(name, body, *counts))
+        body += max(1, len(model.bodies))
         own = (len(model.limbs), len(model.joints), len(model.tokens), len(model.machines))
         counts = tuple(a + b for a, b in zip(counts, own, strict=True))  # type: ignore[assignment]
     return found

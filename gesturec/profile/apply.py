@@ -2,6 +2,8 @@
 
 In: an artifact and a profile that was read for it. Out: the artifact with the person's chain, tables and noise and
 the costs of transitions; or findings, at their places, where the profile speaks of what this model does not have.
+Of several bodies each may have a profile, which speaks of it by the names of its own model; a profile of one body is
+for all of those that it was made for.
 """
 
 from __future__ import annotations
@@ -16,31 +18,78 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.bake import rebake
+from gesturec.artifact.bodies import body_artifacts, with_parts
 from gesturec.artifact.kinematics import rotation_about
 from gesturec.diagnostics.errors import ArtifactError
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.findings import Findings
 from gesturec.profile.profile import Profile, Vector
-from gesturec.profile.read import Located, read_profile
+from gesturec.profile.read import Located, read_profiles
 
 Array = NDArray[np.float64]
 
 
 def apply_profile(artifact: Artifact, path: str | os.PathLike[str], findings: Findings) -> Artifact | None:
     """The artifact for the person of a profile's file; None after a finding that is an error."""
-    located = read_profile(path, findings)
-    if located is None or findings.errors():
+    names = tuple(body["name"] for body in artifact.manifest.bodies)
+    read = read_profiles(path, names, findings)
+    if read is None or findings.errors():
         return None
-    if not has_estimates(located.profile):
-        return artifact  # parameters alone, which the compiler has taken
-    check_profile(artifact, located, findings)
+    if not names:
+        assert isinstance(read, Located)
+        return applied(artifact, read, "", findings)
+    given = profiles_by_body(artifact, read, findings) if isinstance(read, Located) else read
+    parts = {part.manifest.name: part for part in body_artifacts(artifact)}
+    made = {name: applied(parts[name], located, f"{name}.", findings) for name, located in given.items()}
+    changed = {name: part for name, part in made.items() if part is not None and part is not parts[name]}
     if findings.errors():
         return None
+    return with_parts(artifact, changed) if changed else artifact
+
+
+def profiles_by_body(artifact: Artifact, located: Located, findings: Findings) -> dict[str, Located]:
+    """The one profile for each body whose model it was made for; of parameters alone it is for none."""
+    if not has_estimates(located.profile):
+        return {}
+    digests = {body["name"]: body.get("digest", "") for body in artifact.manifest.bodies}
+    found = {name: located for name, digest in digests.items() if digest and digest == located.profile.digest}
+    if not found:
+        message = f"the profile was made for {made_for(located.profile)}, and of this model's bodies none is that"
+        listed = ", ".join(f"{name} {digest[:12] or 'unknown'}" for name, digest in digests.items())
+        help = f"they are {listed}; with `bodies: {{NAME: profile}}` a profile says whose it is"
+        findings.report("other-model", message, located.places.get(("digest",), located.start), "", help)
+    return found
+
+
+def applied(artifact: Artifact, located: Located, prefix: str, findings: Findings) -> Artifact | None:
+    """A body's artifact for the person of a profile, which leaves `prefix` away from its names."""
+    if not has_estimates(located.profile):
+        return artifact  # parameters alone, which the compiler has taken
+    before = findings.n_error
+    check_profile(artifact, located, findings, prefix)
+    if findings.n_error > before:
+        return None
     try:
-        return with_profile(artifact, located.profile)
+        return with_profile(artifact, prefixed(located.profile, prefix))
     except (ValueError, ArtifactError) as error:
         findings.report("value-out-of-range", f"the profile makes no body of this model: {error}", located.start)
         return None
+
+
+def prefixed(profile: Profile, prefix: str) -> Profile:
+    """A profile whose names are those of the whole."""
+    return replace(
+        profile,
+        joints={prefix + name: part for name, part in profile.joints.items()},
+        tokens={prefix + name: part for name, part in profile.tokens.items()},
+        token_noise={prefix + name: value for name, value in profile.token_noise.items()},
+        motion={prefix + name: motion for name, motion in profile.motion.items()},
+    )
+
+
+def made_for(profile: Profile) -> str:
+    """What a profile was made for, for people."""
+    return f"`{profile.model}` with the digest {profile.digest[:12] or 'of none'}"
 
 
 def has_estimates(profile: Profile) -> bool:
@@ -49,26 +98,26 @@ def has_estimates(profile: Profile) -> bool:
     return any(said) or profile.scale != 1
 
 
-def check_profile(artifact: Artifact, located: Located, findings: Findings) -> None:
+def check_profile(artifact: Artifact, located: Located, findings: Findings, prefix: str = "") -> None:
     """Report what the profile says that the model has not."""
     manifest, profile = artifact.manifest, located.profile
-    if manifest.bodies:
-        message = f"a profile is one person's body, and `{manifest.name}` has {len(manifest.bodies)}"
-        findings.report("other-model", message, located.start)
-        return
-    if profile.digest != manifest.digest:
-        made = f"`{profile.model}` with the digest {profile.digest[:12] or 'of none'}"
-        message = f"the profile was made for {made}, and this model's is {manifest.digest[:12]}"
+    if not profile.digest or profile.digest != manifest.digest:
+        whose = f"the model of body `{manifest.name}` has" if prefix else "this model's is"
+        message = f"the profile was made for {made_for(profile)}, and {whose} {manifest.digest[:12] or 'none'}"
         help = "fit the recordings again, or compile as then (the same file, the same --set)"
         findings.report("other-model", message, located.places.get(("digest",), located.start), "", help)
         return
-    _known(profile.joints, manifest.joints, "joint", "unknown-joint", located, findings)
-    _known(profile.tokens, manifest.tokens, "token", "unknown-token", located, findings)
-    _known(profile.token_noise, manifest.tokens, "noise", "unknown-token", located, findings)
-    _known(profile.motion, manifest.machines, "machine", "unknown-machine", located, findings)
+    joints, tokens, machines = (
+        tuple(name.removeprefix(prefix) for name in names)
+        for names in (manifest.joints, manifest.tokens, manifest.machines)
+    )
+    _known(profile.joints, joints, "joint", "unknown-joint", located, findings)
+    _known(profile.tokens, tokens, "token", "unknown-token", located, findings)
+    _known(profile.token_noise, tokens, "noise", "unknown-token", located, findings)
+    _known(profile.motion, machines, "machine", "unknown-machine", located, findings)
     for machine, motion in profile.motion.items():
-        if machine in manifest.machines:
-            tables = artifact.machine(manifest.machines.index(machine))
+        if machine in machines:
+            tables = artifact.machine(machines.index(machine))
             arcs = {(tables.state_names[s], tables.state_names[t]) for s, t in zip(*_arcs(tables), strict=True)}
             for source, target in sorted(set(motion.costs) - arcs):
                 message = f"machine `{machine}` has no transition `{source} -> {target}`"

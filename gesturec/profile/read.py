@@ -4,6 +4,8 @@ In: the path of a YAML file. Out: a `Located` profile, which still knows where e
 cannot be read; findings for everything that a profile cannot have. Sections:
 
 gesturec, name, description    as in a model
+bodies       {BODY: profile}: of several bodies, each with sections of its own or the name of another file; then it
+             has none of those below but units and parameters
 units        {length: mm, angle: deg, time: s}: of the plain numbers in this file; these are the defaults
 model        {name, digest}: the compiled model that the profile was made for
 parameters   values of the model's parameters, read by the checks (`checks/profile.py`)
@@ -20,13 +22,12 @@ import os
 from collections.abc import Iterator, Mapping
 from typing import Final, NamedTuple
 
-from gesturec.checks.profile import KNOWN_KEYS, MOST_BYTES
-from gesturec.diagnostics.source import Source, Span
+from gesturec.checks.profile import KNOWN_KEYS, profiles_of_bodies, read_root
+from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping as MappingNode
 from gesturec.language.document import Node, Sequence, Text
 from gesturec.language.findings import Findings
-from gesturec.language.reader import read_document
 from gesturec.language.schema.leaf import wrong_kind
 from gesturec.profile.profile import Motion, Part, Profile, Take, Vector
 
@@ -49,16 +50,26 @@ class Located(NamedTuple):
 
 def read_profile(path: str | os.PathLike[str], findings: Findings) -> Located | None:
     """Read a profile; None where there is no document to speak of."""
-    name = os.fspath(path)
-    try:
-        with open(name, "rb") as file:
-            data = file.read(MOST_BYTES)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        findings.report("unreadable-file", f"`{name}` cannot be read: {reason.lower()}", Span(Source(name, ""), 0, 0))
-        return None
-    document = read_document(name, data, findings)
-    return None if document is None else _Reader(document.root, findings).profile()
+    root = read_root(os.fspath(path), findings)
+    return None if root is None else _Reader(root, findings).profile()
+
+
+def read_profiles(
+    path: str | os.PathLike[str], bodies: tuple[str, ...], findings: Findings
+) -> dict[str, Located] | Located | None:
+    """The profile of each of several bodies that a file has one of, or the one profile that it is."""
+    root = read_root(os.fspath(path), findings)
+    if root is None or "bodies" not in root:
+        return None if root is None else _Reader(root, findings).profile()
+    whole = _Reader(root, findings)
+    whole.read_units()
+    found: dict[str, Located] = {}
+    for name, own in profiles_of_bodies(root, bodies, findings):
+        reader = _Reader(own, findings)
+        if own.span.source is root.span.source:
+            reader.units = dict(whole.units)
+        found[str(name)] = reader.profile()
+    return found
 
 
 class _Reader:

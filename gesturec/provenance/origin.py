@@ -23,6 +23,7 @@ from gesturec.diagnostics.source import Source
 from gesturec.diagnostics.suggest import nearest
 from gesturec.language import document
 from gesturec.language.findings import Findings
+from gesturec.language.limits import DEFAULT_LIMITS, Limits
 from gesturec.language.load import load_model
 from gesturec.language.schema.block import Block
 from gesturec.language.schema.blocks import FrameEntry, JointEntry, TokenEntry
@@ -44,6 +45,7 @@ def origins(
     path: str,
     set: Mapping[str, object] | None = None,
     profile: str | os.PathLike[str] | None = None,
+    limits: Limits = DEFAULT_LIMITS,
 ) -> tuple[Origin, ...]:
     """Where the values of `path` come from.
 
@@ -54,9 +56,9 @@ def origins(
     InputError
         The model has nothing of this name.
     """
-    model = load_model(source)
-    settings = {**profile_settings(profile, Findings()), **dict(set or {})}
-    body, findings = resolve_model(model, dict(set or {}), profile)
+    model = load_model(source, limits)
+    settings = {**profile_settings(profile, Findings(limits), model.body_names()), **dict(set or {})}
+    body, findings = resolve_model(model, dict(set or {}), profile, limits)
     findings.raise_errors()
     name, _, inner = path.removeprefix("$").partition(".")
     if name in body.parts and inner:
@@ -68,6 +70,9 @@ def of_part(body: ResolvedBody, name: str, path: str, settings: Mapping[str, obj
     """What is asked of one of several bodies: as of its own model, with what sets it."""
     part = body.parts[name].body
     told = part_settings(name, body.model.bodies[name], body, settings)
+    first, _, inner = path.partition(".")
+    if first in part.parts and inner:
+        return tuple(replace(origin, path=f"{name}.{origin.path}") for origin in of_part(part, first, inner, told))
     placed = {key: value.node if isinstance(value, Placed) else value for key, value in told.items()}
     setters = tuple(file.source.name for file in body.model.parts)
     found = Question(part, lower_body(part), placed, setters).answer(path)

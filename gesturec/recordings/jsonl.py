@@ -15,7 +15,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from gesturec.diagnostics.errors import InputError
-from gesturec.recordings.limits import MAX_LINE, MAX_POINTS, check_values
+from gesturec.recordings.limits import check_line, check_points, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.text import check_name, length_scale, median_rate
@@ -39,7 +39,7 @@ def _read(stream: TextIO, path: str, options: ReadOptions) -> Recording:
     times: list[float] = []
     frames: list[dict[str, Point]] = []
     names: dict[str, None] = {}
-    for row, value in _objects(stream, path):
+    for row, value in _objects(stream, path, options.max_line):
         if not frames and not header and "time" not in value:
             header = value
             continue
@@ -49,8 +49,7 @@ def _read(stream: TextIO, path: str, options: ReadOptions) -> Recording:
         for name in new:
             check_name(name, path, row)
         names.update(dict.fromkeys(new))
-        if len(names) > MAX_POINTS:
-            raise InputError(f"there are more than {MAX_POINTS:,} different points", path, row)
+        check_points(len(names), path, options.max_points, row)
         check_values(3 * len(frames) * len(names), path, options.max_values)
     if not frames or not names:
         raise InputError("the file has no frame with a point", path)
@@ -86,13 +85,12 @@ def _recording(
     )
 
 
-def _objects(stream: TextIO, path: str) -> Iterator[tuple[int, dict[str, Any]]]:
+def _objects(stream: TextIO, path: str, max_line: int) -> Iterator[tuple[int, dict[str, Any]]]:
     """Every line's object and its number; empty lines are passed over."""
     row = 0
-    while line := stream.readline(MAX_LINE):
+    while line := stream.readline(max_line + 1):
         row += 1
-        if len(line) >= MAX_LINE:
-            raise InputError(f"the line is longer than {MAX_LINE:,} characters", path, row)
+        check_line(line, path, max_line, row)
         if not line.strip():
             continue
         try:

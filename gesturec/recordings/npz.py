@@ -19,7 +19,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from gesturec.diagnostics.errors import InputError, LimitError
-from gesturec.recordings.limits import MAX_COVARIANCE_RATIO, MAX_POINTS, check_values
+from gesturec.recordings.limits import MAX_COVARIANCE_RATIO, check_points, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.text import check_name, length_scale, median_rate
@@ -121,6 +121,7 @@ def _recording(arrays: dict[str, NDArray[Any]], path: Path, options: ReadOptions
     """The arrays as a recording, once their shapes agree."""
     time, points, names = _numbers(arrays, "t", path), _numbers(arrays, "xyz", path), arrays["names"]
     _check_shapes(time, points, names, path)
+    check_points(names.size, path, options.max_points)
     notes: list[str] = []
     scale = length_scale(_text(arrays, "units", path), options.units, str(path), notes, foreign=True)
     infinite = ~np.isfinite(points).all(axis=2) & ~np.isnan(points).all(axis=2)
@@ -148,7 +149,7 @@ def _check_shapes(time: NDArray[Any], points: NDArray[Any], names: NDArray[Any],
         )
     if names.dtype.kind != "U":
         raise InputError("`names` must be an array of text", path)
-    if not time.size or not names.size or names.size > MAX_POINTS:
+    if not time.size or not names.size:
         raise InputError(f"{time.size} frames of {names.size} points: there must be some of both", path)
     if np.isinf(time).any():
         raise InputError(f"the time of frame {int(np.argmax(np.isinf(time)))} is infinite", path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from gesturec.recordings.limits import DEFAULT_MAX_VALUES
+from gesturec.recordings.limits import DEFAULT_MAX_LINE, DEFAULT_MAX_POINTS, DEFAULT_MAX_VALUES
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,15 @@ class ReadOptions:
         Standard deviation of a pixel coordinate; None: estimated from how well the rays meet.
     max_values
         Most numbers that are read.
+    max_points
+        Most points of one recording.
+    max_line
+        Most characters of one line of text.
     """
 
     units: str | None = None
     rig: str | Path | None = None
     noise_px: float | None = None
     max_values: int = DEFAULT_MAX_VALUES
+    max_points: int = DEFAULT_MAX_POINTS
+    max_line: int = DEFAULT_MAX_LINE

@@ -15,7 +15,7 @@ from typing import Final
 
 from gesturec.artifact.units import METRES
 from gesturec.diagnostics.errors import InputError
-from gesturec.recordings.limits import DEFAULT_MAX_VALUES
+from gesturec.recordings.limits import DEFAULT_MAX_LINE, DEFAULT_MAX_POINTS, DEFAULT_MAX_VALUES
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.units import metres_per
@@ -48,6 +48,8 @@ def read(
     rig: str | Path | None = None,
     noise_px: float | None = None,
     max_values: int = DEFAULT_MAX_VALUES,
+    max_points: int = DEFAULT_MAX_POINTS,
+    max_line: int = DEFAULT_MAX_LINE,
 ) -> Recording:
     """Read a recording; see `ReadOptions` for the options.
 
@@ -60,7 +62,7 @@ def read(
     """
     if units is not None and metres_per(units) is None:
         raise InputError(f"`{units}` is not a unit of length (one of {', '.join(METRES)})", path)
-    options = ReadOptions(units, rig, noise_px, max_values)
+    options = ReadOptions(units, rig, noise_px, max_values, max_points, max_line)
     if str(path) == "-":
         return _read_stdin(options)
     try:

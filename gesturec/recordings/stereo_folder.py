@@ -80,7 +80,7 @@ def _own_rig(folder: Path) -> Path:
 def _load_pixels(path: Path, options: ReadOptions) -> PixelTable:
     """One camera's table."""
     with path.open(encoding="utf-8-sig", newline="") as stream:
-        _, layout, time, values = read_table(stream, str(path), ("u", "v"), options.max_values)
+        _, layout, time, values = read_table(stream, str(path), ("u", "v"), options)
     if not np.isfinite(time).all():
         raise InputError("a time is not a number", path)
     return PixelTable(time, layout.names, values)

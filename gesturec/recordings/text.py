@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.units import METRES
 from gesturec.diagnostics.errors import InputError
-from gesturec.recordings.limits import MAX_LINE
+from gesturec.recordings.limits import check_line
 from gesturec.recordings.units import metres_per
 
 
-def read_lines(stream: TextIO, path: str) -> Iterator[str]:
+def read_lines(stream: TextIO, path: str, max_line: int) -> Iterator[str]:
     """Lines of a text, none longer than the limit."""
-    while line := stream.readline(MAX_LINE):
-        if len(line) >= MAX_LINE:
-            raise InputError(f"a line is longer than {MAX_LINE:,} characters", path)
+    row = 0
+    while line := stream.readline(max_line + 1):
+        row += 1
+        check_line(line, path, max_line, row)
         yield line
 
 

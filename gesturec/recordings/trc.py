@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from gesturec.diagnostics.errors import InputError
-from gesturec.recordings.limits import MAX_POINTS, check_values
+from gesturec.recordings.limits import check_points, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.text import (
@@ -36,8 +36,9 @@ FIRST_MARKER: Final = 2
 def load_trc(path: Path, options: ReadOptions) -> Recording:
     """Read a marker file."""
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        lines = read_lines(stream, str(path))
+        lines = read_lines(stream, str(path), options.max_line)
         facts, names = _header([line.rstrip("\r\n").split("\t") for line in islice(lines, HEADER_LINES)], str(path))
+        check_points(len(names), path, options.max_points, 4)
         numbers, rows = _frames(lines, len(names), str(path), options.max_values)
     if not numbers:
         raise InputError("the file has a header and no frames", path, HEADER_LINES)
@@ -73,8 +74,8 @@ def _header(lines: list[list[str]], path: str) -> tuple[dict[str, str], tuple[st
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise InputError(f"the marker `{twice}` stands twice", path, 4)
-    if not 0 < len(names) <= MAX_POINTS:
-        raise InputError(f"{len(names):,} markers: there must be 1 to {MAX_POINTS:,}", path, 4)
+    if not names:
+        raise InputError("line 4 names no marker", path, 4)
     return facts, names
 
 

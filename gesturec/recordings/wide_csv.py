@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.diagnostics.errors import InputError
-from gesturec.recordings.limits import MAX_POINTS, check_values
+from gesturec.recordings.limits import check_points, check_values
 from gesturec.recordings.options import ReadOptions
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.text import (
@@ -65,7 +65,7 @@ def load_csv(path: Path, options: ReadOptions) -> Recording:
 
 def read_csv(stream: TextIO, path: str, options: ReadOptions) -> Recording:
     """Read a wide table of 3D points from a text stream."""
-    preamble, layout, time, values = read_table(stream, path, ("x", "y", "z"), options.max_values)
+    preamble, layout, time, values = read_table(stream, path, ("x", "y", "z"), options)
     scale = length_scale(preamble.units, options.units, path, preamble.notes)
     return Recording(
         name=path,
@@ -79,15 +79,16 @@ def read_csv(stream: TextIO, path: str, options: ReadOptions) -> Recording:
 
 
 def read_table(
-    stream: TextIO, path: str, axes: tuple[str, ...], max_values: int
+    stream: TextIO, path: str, axes: tuple[str, ...], options: ReadOptions
 ) -> tuple[Preamble, Layout, NDArray[np.float64], NDArray[np.float64]]:
     """Preamble, layout, time (n_frame,) and values (n_frame, n_point, n_axis) of a wide table."""
     try:
-        lines = read_lines(stream, path)
+        lines = read_lines(stream, path, options.max_line)
         preamble, header = _read_preamble(lines, path)
         layout = _layout(next(csv.reader([header], strict=True)), path, preamble.lines + 1, axes)
+        check_points(len(layout.names), path, options.max_points, preamble.lines + 1)
         preamble.notes.extend(f"column `{name}` is no point and was ignored" for name in layout.ignored)
-        time, values = _read_rows(csv.reader(lines, strict=True), layout, path, preamble.lines + 1, max_values)
+        time, values = _read_rows(csv.reader(lines, strict=True), layout, path, preamble.lines + 1, options.max_values)
     except UnicodeDecodeError as error:
         raise InputError("the file is not UTF-8 text", path) from error
     except csv.Error as error:
@@ -152,15 +153,13 @@ def _layout(header: Sequence[str], path: str, row: int, axes: tuple[str, ...]) -
 
 
 def _check_points(points: dict[str, set[str]], path: str, row: int, axes: tuple[str, ...]) -> None:
-    """Every point has all its coordinates, and there are points, but not absurdly many."""
+    """Every point has all its coordinates, and there are points."""
     for name, found in points.items():
         missing = [axis for axis in axes if axis not in found]
         if missing:
             raise InputError(f"the point `{name}` has no column `{name}.{missing[0]}`", path, row)
     if not points:
         raise InputError(f"the header names no point (`token.{axes[0]}`, ...)", path, row)
-    if len(points) > MAX_POINTS:
-        raise InputError(f"the header names {len(points):,} points, and at most {MAX_POINTS:,} are read", path, row)
 
 
 def _read_rows(

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gesturec.artifact.clearance import clearance
+from gesturec.artifact.clearance import ThickLine, clearance, gap, thick_lines
 from gesturec.artifact.kinematics import complete_angles, positions_in
 from gesturec.artifact.manifest import Manifest
 from gesturec.artifact.programs import OF_BODY, LeafEnvironment, evaluate, unpack_limbs
@@ -106,6 +106,18 @@ def _leaves(
         pose = places[owner_of(body.artifact.manifest, token)]
         return NOWHERE if pose is None else pose.to_world(token_in(0, token))
 
+    def in_world(limb: int) -> list[ThickLine] | None:
+        pose = places[owner_of(body.artifact.manifest, limb, "limbs")]
+        if pose is None:
+            return None
+        size = float(np.exp(pose.log_scale))
+        lines = thick_lines(body.chain, _by_joint(body, angles), limb)
+        return [ThickLine(pose.to_world(line.start), pose.to_world(line.end), size * line.radius) for line in lines]
+
+    def world_clearance(pair: int) -> ArrayLike:
+        one, other = map(in_world, unpack_limbs(pair))
+        return np.nan if one is None or other is None else gap(one, other)
+
     return {
         "joint": lambda joint: angles[joint],
         "token": lambda token: token_in(0, token),
@@ -119,13 +131,14 @@ def _leaves(
         "body_rate": body_rate,
         "still": still,
         "clearance": lambda pair: clearance(body.chain, _by_joint(body, angles), *unpack_limbs(pair)),
+        "world_clearance": world_clearance,
     }
 
 
-def owner_of(manifest: Manifest, token: int) -> int:
-    """Which of several bodies has a token; of one body, that."""
-    firsts = [body["tokens"][0] for body in manifest.bodies]
-    return max(0, bisect_right(firsts, token) - 1)
+def owner_of(manifest: Manifest, number: int, what: str = "tokens") -> int:
+    """Which of several bodies has a token, or another of what they share out; of one body, that."""
+    firsts = [body[what][0] for body in manifest.bodies]
+    return max(0, bisect_right(firsts, number) - 1)
 
 
 def upwards(up: str | None) -> Array:

@@ -150,3 +150,14 @@ def test_a_unit_that_is_no_length_is_an_error_unless_another_is_told(tmp_path: P
     told = read(path, "mm")
     assert told.points[0, 0].tolist() == [0.001, 0.002, 0.003]
     assert "`parsec`" in told.notes[0]
+
+
+def test_points_and_lines_have_limits_that_can_be_raised(tmp_path: Path) -> None:
+    path = tmp_path / "wide.csv"
+    header = "time," + ",".join(f"p{n}.{axis}" for n in range(5) for axis in "xyz")
+    path.write_text(f"{header}\n0{',1' * 15}\n")
+    with pytest.raises(InputError, match=r"csv:1: there are 5 points, and at most 4 are read \(--max-points"):
+        read(path, max_points=4)
+    with pytest.raises(InputError, match=rf"csv:1: a line is longer than {len(header)} characters \(--max-line"):
+        read(path, max_line=len(header))  # its end is a character too
+    assert read(path, max_points=5, max_line=len(header) + 1).points.shape == (1, 5, 3)

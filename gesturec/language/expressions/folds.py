@@ -11,19 +11,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
 from math import comb, prod
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.language.expressions import constants, names, scope, tree
 from gesturec.language.expressions.functions import FOLDS, SIGNATURES, unknown_function
 from gesturec.language.expressions.typed import TRUTH, Type, Typed
 from gesturec.language.expressions.units import PURE
+from gesturec.language.limits import raised_by
 
 if TYPE_CHECKING:
     from gesturec.language.expressions.check import Checker
-
-# Terms that the folds of one expression may be written out to.
-MOST_TERMS: Final = 2_000
 
 
 def fold(checker: Checker, node: tree.Fold) -> Typed | None:
@@ -95,10 +93,11 @@ def too_many(checker: Checker, node: tree.Fold, groups: Sequence[scope.Group]) -
     members = {group.name: len(group.members) for group in groups}
     terms = prod(comb(members[name], len(places)) for name, places in by_group(groups).items())
     checker.terms += terms
-    if checker.terms > MOST_TERMS:
-        message = f"written out, the fold brings the expression to {checker.terms:,} terms; the limit is {MOST_TERMS:,}"
-        checker.report("limit-exceeded", message, node.span)
-    return checker.terms > MOST_TERMS
+    most = checker.findings.limits.terms
+    if checker.terms > most:
+        message = f"written out, the fold brings the expression to {checker.terms:,} terms; the limit is {most:,}"
+        checker.report("limit-exceeded", message, node.span, "", raised_by("terms"))
+    return checker.terms > most
 
 
 def choices(groups: Sequence[scope.Group]) -> Iterator[tuple[tuple[str, ...], ...]]:

@@ -243,7 +243,7 @@ def named_limb(checker: Checker, argument: tree.Expr) -> scope.Limb | None:
     if isinstance(argument, tree.Path) and not argument.parameter:
         words = tuple(name.text for name in argument.names)
         symbol, full, _ = names.look_up(checker, words)
-        if isinstance(symbol, scope.Limb):
+        if isinstance(symbol, scope.Limb) and symbol.what == "limb":
             return symbol
         if isinstance(symbol, scope.Hole):
             return None

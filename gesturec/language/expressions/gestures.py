@@ -34,15 +34,12 @@ from gesturec.language.expressions.constant import interval_of, number_of
 from gesturec.language.expressions.typed import TRUTH, Typed
 from gesturec.language.expressions.units import TIME
 from gesturec.language.findings import Findings
+from gesturec.language.limits import raised_by
 
 Shape = dict[str, Any]
 
-# A pattern is written out through the gestures that it names; one that grows beyond this is refused.
-MOST_STEPS: Final = 2_000
 # Words that a pattern knows and no scope does.
 OTHER_WORDS: Final = frozenset(("still", "root", "world", "prev", "next"))
-# Gestures made of gestures, and poses of poses; each level goes deeper into the stack.
-MOST_DEEP: Final = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +99,7 @@ class Patterns:
 
     def check(self, node: tree.Pattern, place: scope.Scope) -> Part | None:
         """A pattern in its scope."""
-        if self.steps > MOST_STEPS:
+        if self.steps > self.findings.limits.steps:
             return None
         match node:
             case tree.Path():
@@ -146,10 +143,11 @@ class Patterns:
             )
         if symbol.pattern is None:
             return None
-        if len(self.open) > MOST_DEEP:
-            self.steps = MOST_STEPS + 1  # nothing more is looked at: there may be two ways on at every step
-            message = f"gestures are made of gestures more than {MOST_DEEP} deep"
-            return self.findings.report_once("limit-exceeded", message, node.span)
+        limits = self.findings.limits
+        if len(self.open) > limits.nesting:
+            self.steps = limits.steps + 1  # nothing more is looked at: there may be two ways on at every step
+            message = f"gestures are made of gestures more than {limits.nesting} deep"
+            return self.findings.report_once("limit-exceeded", message, node.span, raised_by("nesting"))
         self.open.append(symbol.full)
         self.limbs.append(symbol.limb)
         part = self.check(symbol.pattern, symbol.scope)
@@ -175,10 +173,11 @@ class Patterns:
     def truth(self, typed: Typed | None) -> Part | None:
         """A truth; counts as a step."""
         self.steps += 1
-        if self.steps == MOST_STEPS + 1 and typed is not None:
-            message = f"the pattern, with the gestures that it names, has more than {MOST_STEPS:,} steps"
-            self.findings.report_once("limit-exceeded", message, typed.span)
-        if typed is None or self.steps > MOST_STEPS:
+        most = self.findings.limits.steps
+        if self.steps == most + 1 and typed is not None:
+            message = f"the pattern, with the gestures that it names, has more than {most:,} steps"
+            self.findings.report_once("limit-exceeded", message, typed.span, raised_by("steps"))
+        if typed is None or self.steps > most:
             return None
         return Part(typed.span, self.seen(typed))
 

@@ -82,7 +82,9 @@ class Uses:
     steps: bool  # `prev.`
 
 
-MOTION: Final = frozenset(("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token"))
+MOTION: Final = frozenset(
+    ("root_axis", "world_axis", "body_rate", "world_rate", "still", "world_token", "world_clearance")
+)
 
 
 def uses(typed: Typed) -> Uses:
