@@ -25,7 +25,18 @@ from gesturec.analysis.report import (
     RuleEffect,
     Separation,
 )
-from gesturec.analysis.separation import Floats, Ints, Pairs, clouds, error_of, groups, near_pairs, separation_of
+from gesturec.analysis.separation import (
+    Clouds,
+    Floats,
+    Ints,
+    Pairs,
+    clouds,
+    error_of,
+    groups,
+    near_pairs,
+    nearest_pair,
+    separation_of,
+)
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import chain_of
 from gesturec.expansion.adjacency import Arcs
@@ -80,10 +91,12 @@ def analyze(
         for machine in range(artifact.n_machine)
     ]
     report = artifact.manifest.report
+    told = {artifact.manifest.tokens[token] for tables in artifact.machines() for token in tables.tokens} & visible
     return Analysis(
         name=artifact.manifest.name,
         noise=noise,
         merge=merge,
+        without_effect=tuple(dict.fromkeys(name for group in hidden for name in group if name not in told)),
         machines=tuple(machines),
         constraints=tuple(
             Removed(each["name"], each["machine"], each["removed"], each.get("arcs"))
@@ -166,9 +179,15 @@ def _separation(
         error_deviation=error_deviation,
         merging=len(pairs.first),
         pairs=_worst(artifact, tables, pairs),
+        nearest=next(iter(_worst(artifact, tables, pairs if len(pairs.first) else _nearest(states, enough))), None),
         groups=tuple(_named(tables, np.array(group)) for group in groups(len(tables.angle), pairs)),
         remedies=remedies(case, pairs, enough),
     )
+
+
+def _nearest(states: Clouds, enough: float) -> Pairs:
+    """The worst pair of a machine in which none merges."""
+    return nearest_pair(states, enough) if states.mean.shape[1] else near_pairs(states, enough)
 
 
 def _deviation(artifact: Artifact, tables: MachineTables, seen: Ints, noise: float) -> Floats:

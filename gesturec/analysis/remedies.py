@@ -2,8 +2,8 @@
 
 In: the pairs that merge with some tokens hidden. Out: remedies, those that part the most pairs first. Tokens
 that the model has but that are hidden (or virtual) are tried as they are; a new one is tried on every part
-that the machine moves, beside its origin. What a token would tell is computed as the compiler would: its
-moments over the two states' cells, together with those of what is seen already.
+that the machine moves, beside its origin, and told with the direction that parts most. What a token would tell
+is computed as the compiler would: its moments over the two states' cells, with those of what is seen already.
 """
 
 from __future__ import annotations
@@ -37,8 +37,9 @@ class Case(NamedTuple):
 
 
 class Candidate(NamedTuple):
-    """A point that might be seen besides, and how to say so."""
+    """A point that might be seen besides, and how to say so; of those with one key the best is told."""
 
+    key: str | int
     segment: int
     at: Floats
     text: str
@@ -50,9 +51,13 @@ def remedies(case: Case, pairs: Pairs, enough: float) -> tuple[Remedy, ...]:
     tried = Pairs(pairs.first[worst], pairs.second[worst], pairs.separation[worst])
     if not len(worst):
         return ()
-    found = [_tried(case, candidate, tried, enough) for candidate in _candidates(case)]
-    found = sorted((each for each in found if each.pairs), key=lambda each: -each.pairs)[:TOLD]
-    return tuple(found) + _coarser(case, pairs)
+    best: dict[str | int, Remedy] = {}
+    for candidate in _candidates(case):
+        remedy, key = _tried(case, candidate, tried, enough), candidate.key
+        if remedy.pairs > (best[key].pairs if key in best else 0):
+            best[key] = remedy
+    found = sorted(best.values(), key=lambda each: -each.pairs)[:TOLD]
+    return tuple(found) + _coarser(case, pairs) + _fewer(case, pairs)
 
 
 def _candidates(case: Case) -> list[Candidate]:
@@ -60,7 +65,9 @@ def _candidates(case: Case) -> list[Candidate]:
     names = case.artifact.manifest.tokens
     hidden = [int(token) for row, token in enumerate(case.tables.tokens) if row not in set(case.seen.tolist())]
     chain = case.chain
-    known = [Candidate(int(chain.token_segment[t]), chain.token_at[t], f"seeing `{names[t]}`") for t in hidden]
+    known = [
+        Candidate(names[t], int(chain.token_segment[t]), chain.token_at[t], f"seeing `{names[t]}`") for t in hidden
+    ]
     return known + _beside(case)
 
 
@@ -73,7 +80,7 @@ def _beside(case: Case) -> list[Candidate]:
         for axis, offset in enumerate(np.eye(3) * stalk):
             name = case.artifact.manifest.joints[joint]
             text = f"a token on the part that `{name}` moves, {1000 * stalk:.0f} mm along its {'xyz'[axis]}"
-            found.append(Candidate(joint + 1, offset, text))
+            found.append(Candidate(joint, joint + 1, offset, text))
     return found
 
 
@@ -111,3 +118,22 @@ def _coarser(case: Case, pairs: Pairs) -> tuple[Remedy, ...]:
         text = f"coarser levels of `{name}` ({', '.join(manifest.levels[name])}): these pairs differ in it alone"
         told.append(Remedy("coarser", text, count))
     return tuple(told)
+
+
+def _fewer(case: Case, pairs: Pairs) -> tuple[Remedy, ...]:
+    """Samples of a cycle or path that are too near along it: with fewer of them most of these pairs would be one."""
+    on = np.isfinite(case.tables.at)
+    samples, both = int(on.sum()), on[pairs.first] & on[pairs.second]
+    if not both.any():
+        return ()
+    place = np.cumsum(on) - 1
+    apart = np.abs(place[pairs.first] - place[pairs.second])[both]
+    if case.tables.kind == "cycle":
+        apart = np.minimum(apart, samples - apart)
+    most = int(np.sort(apart)[(len(apart) - 1) // 2])  # half of them are no further apart than this
+    fewer = samples // (most + 1)
+    if fewer < 2:
+        return ()
+    what = "1 sample" if most == 1 else f"{most} samples"
+    text = f"`samples: {fewer}` in place of {samples}: these pairs are at most {what} apart"
+    return (Remedy("coarser", text, int((apart <= most).sum())),)

@@ -34,7 +34,7 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """What would part states that merge: a `token` to see or add, or a joint's levels made `coarser`."""
+    """What would part states that merge: a `token` to see or add, or levels or samples made `coarser`."""
 
     kind: str
     text: str
@@ -47,7 +47,8 @@ class Separation:
 
     `error` is the expected share of states decided wrongly in single frames (drawn uniformly from the cells
     of all states), `error_deviation` its standard error; `merging` how many pairs merge, of which `pairs`
-    has the worst.
+    has the worst. `nearest` is the pair that is told apart worst, whether it merges or not; None where there
+    is one state, nothing is seen, or every pair is further apart than is ever mistaken.
     """
 
     hidden: tuple[str, ...]
@@ -56,6 +57,7 @@ class Separation:
     error_deviation: float
     merging: int
     pairs: tuple[Pair, ...]
+    nearest: Pair | None
     groups: tuple[tuple[str, ...], ...]
     remedies: tuple[Remedy, ...]
 
@@ -115,6 +117,7 @@ class Analysis:
     name: str
     noise: float  # standard deviation of a token without one of its own, m
     merge: float  # pairs with at least this error merge
+    without_effect: tuple[str, ...]  # hidden tokens that are no machine's: the root's, or not measured anyway
     machines: tuple[MachineAnalysis, ...]
     constraints: tuple[Removed, ...]
     relations: tuple[RelationAnalysis, ...]

@@ -4,7 +4,8 @@ In: the means and covariances of a machine's tokens, and the noise of each. Out:
 separation. With S the mean of both cells' covariances plus the noise, the separation is the Mahalanobis
 distance D = sqrt(d^T S^-1 d), and the error of deciding between the two is Phi(-D / 2): exact for two
 Gaussians of one covariance (Fukunaga, Introduction to Statistical Pattern Recognition, 3.1). The pose is
-taken as known.
+taken as known. True values fill a cell evenly and are no Gaussian, so the rate is near, not exact: against
+draws from the cells of the shipped models it is within 2 points, and within 7 for states that are all but equal.
 
 Few pairs are near: a pair's D is at least its plain distance over the largest deviation of any S, so the
 others are set aside before their covariances are looked at.
@@ -25,6 +26,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
 
 MAX_PAIRS: Final = 400_000_000  # pairs of states: some ten seconds of plain distances
+FURTHEST: Final = 8.0  # deviations: states further apart are mistaken once in 30,000 frames
 BLOCK: Final = 1 << 14  # pairs whose covariances are looked at together
 
 
@@ -62,6 +64,19 @@ def near_pairs(states: Clouds, most: float) -> Pairs:
     first, second, separation = (np.concatenate(parts) for parts in zip(*found, strict=True))
     kept = separation <= most
     return Pairs(first[kept], second[kept], separation[kept])
+
+
+def nearest_pair(states: Clouds, most: float, furthest: float = FURTHEST) -> Pairs:
+    """The one pair that is told apart worst; none where all are more than `furthest` apart.
+
+    Looked for within `most`, then further out and further: few pairs are looked at before one is found.
+    """
+    while True:
+        pairs = near_pairs(states, most)
+        if len(pairs.first) or most >= furthest:
+            best = np.lexsort((pairs.second, pairs.first, pairs.separation))[:1]
+            return Pairs(pairs.first[best], pairs.second[best], pairs.separation[best])
+        most = min(1.5 * most, furthest)
 
 
 def _candidates(states: Clouds, most: float) -> Iterator[tuple[Ints, Ints]]:

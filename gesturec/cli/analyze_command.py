@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from gesturec.cli.models import add_model_options, load_artifact
 from gesturec.cli.output import check_folder, text_output
-from gesturec.cli.usage import UsageError, positive_length
+from gesturec.cli.usage import UsageError, positive_length, share
 
 if TYPE_CHECKING:
     from gesturec.artifact.manifest import Manifest
@@ -33,6 +33,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="TOKEN",
         help="tokens, limbs or groups that are hidden together; again for another set",
     )
+    parser.add_argument(
+        "--merge",
+        type=share,
+        default=0.1,
+        metavar="PERCENT",
+        help="states that are mistaken this often merge, and are listed (default: 10%%)",
+    )
     parser.add_argument("--bind", metavar="NAME", help="measure the tokens of this binding alone")
     parser.add_argument("-o", "--output", metavar="F.svg", help="also draw which states are taken for which")
     parser.add_argument("--json", action="store_true", help="the report as JSON")
@@ -49,7 +56,7 @@ def run(options: Namespace) -> int:
         check_folder(Path(options.output))
     artifact = load_artifact(options.model, options)
     hidden = [(), *(_tokens(artifact.manifest, names) for names in options.hide)]
-    analysis = analyze(artifact, options.noise, hidden, _measured(artifact.manifest, options.bind))
+    analysis = analyze(artifact, options.noise, hidden, _measured(artifact.manifest, options.bind), options.merge)
     sys.stdout.write(json.dumps(analysis.json(), indent=2) + "\n" if options.json else analysis_text(analysis))
     if options.output is not None:
         from gesturec.analysis.picture import analysis_svg

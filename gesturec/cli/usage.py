@@ -60,6 +60,19 @@ def positive_length(text: str) -> float:
     return _positive(length(text), text)
 
 
+def share(text: str) -> float:
+    """`10%` as a share of one; a bare number is one already, and both lie between 0 and 50 %.
+
+    >>> share("10%")
+    0.1
+    """
+    number = text.strip().removesuffix("%")
+    value = _quantity(number, {}, "", "a share like `10%`") / (100 if "%" in text else 1)
+    if not 0 < value < 0.5:
+        raise ArgumentTypeError(f"`{text}` is not between 0 and 50 %: two states are never mistaken more often")
+    return value
+
+
 def positive_duration(text: str) -> float:
     """A time above zero."""
     return _positive(duration(text), text)

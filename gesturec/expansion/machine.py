@@ -150,11 +150,19 @@ def unsatisfiable(
         except TooMany:
             return False
 
-    return conflict_finding(body, machine, [requires[i] for i in smallest_conflict(len(checks), conflicts)])
+    chosen = smallest_conflict(len(checks), conflicts)
+    lost = [_removal(body, machine, counts, requires[i], checks[i]).combinations for i in chosen]
+    return conflict_finding(body, machine, [requires[i] for i in chosen], lost, prod(counts))
 
 
-def conflict_finding(body: Body, machine: int, conflicting: Sequence[LoweredConstraint]) -> Diagnostic:
-    """One finding that shows every place of a conflict."""
+def conflict_finding(
+    body: Body,
+    machine: int,
+    conflicting: Sequence[LoweredConstraint],
+    removed: Sequence[int | None],
+    combinations: int,
+) -> Diagnostic:
+    """One finding that shows every place of a conflict, and what each constraint removes on its own."""
     lowered = body.model.machines[machine]
     names = list(dict.fromkeys(constraint.name for constraint in conflicting))
     told = " and ".join(f"`{name}`" for name in names)
@@ -163,10 +171,19 @@ def conflict_finding(body: Body, machine: int, conflicting: Sequence[LoweredCons
         "unsatisfiable",
         f"machine `{lowered.name}` is left without a state by {told}{'' if one else ', which conflict'}",
         conflicting[0].span,
-        label="no combination of levels meets this" if one else "",
+        label=f"none of its {combinations:,} combinations meets this" if one else removes(removed[0], combinations),
         help="without any one of them there are states" if not one else None,
-        related=tuple(Related(f"conflicts with `{c.name}`", c.span) for c in conflicting[1:] if c.name != names[0]),
+        related=tuple(
+            Related(f"conflicts with `{c.name}`, which {removes(lost, combinations)}", c.span)
+            for c, lost in zip(conflicting[1:], removed[1:], strict=True)
+            if c.name != names[0]
+        ),
     )
+
+
+def removes(lost: int | None, combinations: int) -> str:
+    """How much a constraint removes on its own, in words."""
+    return "removes too many to count" if lost is None else f"removes {lost:,} of {combinations:,} on its own"
 
 
 def _filtered(body: Body, states: MachineStates, requires: Sequence[LoweredConstraint]) -> Expanded:
@@ -177,7 +194,8 @@ def _filtered(body: Body, states: MachineStates, requires: Sequence[LoweredConst
     kept = np.logical_and.reduce(masks) if masks else np.ones(states.count, bool)
     if not kept.any():
         chosen = smallest_conflict(len(masks), lambda ids: not np.logical_and.reduce([masks[i] for i in ids]).any())
-        raise Refused(conflict_finding(body, states.machine, [requires[i] for i in chosen]))
+        lost = [removals[i].combinations for i in chosen]
+        raise Refused(conflict_finding(body, states.machine, [requires[i] for i in chosen], lost, states.count))
     return Expanded(states.kept(kept), states.count, removals)
 
 

@@ -1,9 +1,9 @@
 """`origins`: every effective value of a thing in a model, and where each came from.
 
 In: a model's source, its settings, and a path: a joint (`index.pip`), a token (`index.tip`, `wrist`), a limb, a
-machine, a pose, gesture, constraint or binding, a parameter (`$proximal`, `scale`), each with a key after it if only
-that is asked for (`index.pip.levels`). Out: `Origin`s. Compiles no tables: what is in force is read from the lowered
-model.
+machine, the root, a body, a group, template, pose, gesture, constraint or binding, a parameter (`$proximal`, `scale`),
+each with a key after it if only that is asked for (`index.pip.levels`). Out: `Origin`s. Compiles no tables: what is in
+force is read from the lowered model.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from gesturec.provenance.values import Shown
 
 DECIDES = {"levels": ("levels", "range", "every", "count"), "range": ("range",), "wrap": ("wrap",)}
 """Keys of a joint that decide another's effective value; of all others the key itself."""
+KINDS = ("states", "cycle", "path")  # keys of a machine that decide its kind, the one that counts last
 PLACES = ("at", "rest")  # what an entry that only moves the frame says, of what comes after it
 LENGTHS = frozenset(("at", "radius"))
 MIRRORED = frozenset(("at", "rest", "axis"))
@@ -236,9 +237,10 @@ class Question:
         for key, value in self.shown.machine(machine, limbs).items():
             traces: list[Trace] = []
             for what, block, environment in blocks:
-                node = node_of(block, key) if block.has(key) else None
+                deciding = [each for each in (KINDS if key == "kind" else (key,)) if block.has(each)]
+                node = node_of(block, deciding[-1]) if deciding else None
                 if node is not None:
-                    traces = [*self.follow.written(key, node, environment), Trace(what, block.start)]
+                    traces = [*self.follow.written(deciding[-1], node, environment), Trace(what, block.start)]
                     break
             yield Origin(name, key, value, tuple(traces) or (Trace("not written: the language's default"),))
 
@@ -256,14 +258,18 @@ class Question:
             yield "in `transitions`, for all machines", file.transitions, self.body.environment
 
     def named_texts(self) -> Iterator[tuple[str, tuple[str, str, document.Text, tuple[Trace, ...]]]]:
-        """Poses, gestures, constraints and bindings: what they are, their text, and their place."""
+        """What is told as its author wrote it, such as poses: what it is, its text, and its place."""
         file = self.body.model.main.block
-        for kind, blocks in (("pose", file.poses), ("gesture", file.gestures)):
+        if file.root is not None and file.root.name is not None:
+            yield str(file.root.name), ("root", said(file.root), file.root.name, ())
+        for kind, blocks in (("pose", file.poses), ("gesture", file.gestures), ("body", file.bodies)):
             for key, block in blocks.items():
                 yield str(key), (kind, said(block), key, ())
         for part in self.body.model.parts:
-            for key, binding in part.block.bindings.items():
-                yield str(key), ("binding", said(binding), key, tuple(self.follow.included(key.span.source)))
+            included = tuple(self.follow.included(part.source))
+            for kind in ("bindings", "groups", "templates"):
+                for key, block in getattr(part.block, kind).items():
+                    yield str(key), (kind.removesuffix("s"), said(block), key, included)
         for item in file.constraints:
             if item.name is not None:
                 yield str(item.name), ("constraint", said(item), item.name, ())

@@ -90,7 +90,8 @@ class Shown:
         }
         if machine.dwell:
             bounds = (
-                f"{item.name or 'any'}: {plain(item.shortest)} s .. {plain(item.longest)} s" for item in machine.dwell
+                f"{item.name or 'any'}: {plain(item.shortest)} s .. {_at_most(item.longest)}".rstrip()
+                for item in machine.dwell
             )
             shown["dwell"] = "; ".join(bounds)
         if machine.arcs:
@@ -102,8 +103,12 @@ class Shown:
         if machine.cycle is not None:
             cycle = machine.cycle
             kind = "cycle" if cycle.closed else "path"
-            shown[kind] = f"{cycle.samples} samples in {plain(cycle.shortest)} s .. {plain(cycle.longest)} s"
+            shown[kind] = f"{cycle.samples} samples in {plain(cycle.shortest)} s .. {_at_most(cycle.longest)}".rstrip()
         return shown
+
+
+def _at_most(longest: float) -> str:
+    return "" if math.isinf(longest) else f"{plain(longest)} s"
 
 
 def _rotation(matrix: tuple[Vector, Vector, Vector]) -> str:

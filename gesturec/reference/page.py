@@ -26,6 +26,37 @@ EXAMPLES: Final = {
     "bodies": "Several bodies in one file",
 }
 
+MEANS: Final = {
+    "abs": "the size of a number, of any kind",
+    "min": "the smallest of two or more numbers of one kind",
+    "max": "the largest of two or more numbers of one kind",
+    "clamp": "`a`, or the nearer of `low` and `high` where it lies outside",
+    "sqrt": "the square root; of an area it is a length",
+    "sin": "of an angle",
+    "cos": "of an angle",
+    "tan": "of an angle",
+    "asin": "the angle from -90 to 90 deg",
+    "acos": "the angle from 0 to 180 deg",
+    "atan2": "the angle of the point (x, y), from -180 to 180 deg",
+    "norm": "the length of a vector",
+    "dot": "the scalar product",
+    "cross": "the vector product",
+    "distance": "between two points, as tokens are",
+    "angle": "between two vectors, 0 to 180 deg; `angle(a, b, c)` is the angle at the point b",
+    "cycle_distance": "between two places on a cycle, the short way round, 0 to 50 %",
+    "clearance": "between the capsules of two limbs (`radius`); negative where they are inside each other",
+    "moving": "true while the body moves so: `x y z speed` along its own axes, `world.x …` along the world's",
+    "turning": "true while the body turns so: `x y z speed` about its own axes, `world.x …` about the world's",
+}
+FOLD_MEANS: Final = {
+    "all": "true where it holds for every member",
+    "any": "true where it holds for some member",
+    "count": "for how many members it holds",
+    "sum": "the sum over the members",
+    "min": "the smallest of the members'",
+    "max": "the largest of the members'",
+}
+
 HEAD: Final = """\
 # Language reference
 
@@ -77,9 +108,10 @@ def _units() -> str:
 
 
 def _functions() -> str:
-    rows = [f"- `{signature.form}`" for signature in SIGNATURES.values()]
-    folds = ", ".join(f"`{name}(… for a in group)`" for name in FOLDS)
-    return "\n".join(["## Functions", "", *rows, "", f"Folds: {folds}."])
+    rows = [f"| `{signature.form}` | {MEANS[name]} |" for name, signature in SIGNATURES.items()]
+    rows += [f"| `{name}(… for a in group)` | {FOLD_MEANS[name]} |" for name in FOLDS]
+    intro = "A fold may have several `for`; over one group each pair of different members is taken once."
+    return "\n".join(["## Functions", "", intro, "", "| function | what it is |", "|---|---|", *rows])
 
 
 def _grammar() -> str:

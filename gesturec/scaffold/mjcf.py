@@ -131,11 +131,12 @@ def _body(element: Element, place: _Place, settings: Settings) -> Node:
     for joint in joints:
         attributes = settings.defaults("joint", joint, child_class) if joint.tag == "joint" else FREE | joint.attributes
         here = parse_numbers(attributes.get("pos", "0 0 0"), 3, "`pos`", settings.path, joint.line)
-        node = _joint_node(joint, attributes, here - anchor, settings, name)
         if attributes.get("type") == "free" and len(joints) > 1:
             raise InputError(f"body `{name}` has a free joint and others beside it", settings.path, joint.line)
-        last.children.append(node)
-        last, anchor = node, here
+        for single in _singles(joint, attributes, settings, name):
+            node = _joint_node(joint, single, here - anchor, settings, name)
+            last.children.append(node)
+            last, anchor = node, here
     if anchor.any():
         back = Node(name, element.line, -anchor)
         last.children.append(back)
@@ -145,6 +146,29 @@ def _body(element: Element, place: _Place, settings: Settings) -> Node:
     if not last.tokens:
         last.tokens.append(Token(name))
     return first
+
+
+def _singles(joint: Element, attributes: dict[str, str], settings: Settings, body: str) -> list[dict[str, str]]:
+    """A joint as joints of one degree of freedom: a ball is three hinges that reach at least as far as its cone."""
+    if attributes.get("type") != "ball":
+        return [attributes]
+    name = attributes.get("name", f"{body}_joint_{settings.joints + 1}")
+    reach = _range(name, attributes, settings.angle, settings, joint.line)[1]
+    if reach == 0:
+        raise InputError(f"the range of ball joint `{name}` is 0: it turns nowhere", settings.path, joint.line)
+    said = "turns freely" if np.isinf(reach) else f"has a cone of {np.degrees(reach):.6g} degrees"
+    settings.notes.append(f"ball joint `{name}` {said}: three hinges, about x, y and z, each as far as that asks")
+    # turns about x by 180, y by 90 and z by 180 degrees to both sides are all rotations
+    bounds = (min(reach, np.pi), min(reach, np.pi / 2), min(reach, np.pi))
+    return [
+        {
+            "name": f"{name}_{axis}",
+            "axis": " ".join(str(int(axis == other)) for other in "xyz"),
+            "limited": "true",
+            "range": f"{-bound / settings.angle!r} {bound / settings.angle!r}",
+        }
+        for axis, bound in zip("xyz", map(float, bounds), strict=True)
+    ]
 
 
 def _joint_node(joint: Element, attributes: dict[str, str], at: Floats, settings: Settings, body: str) -> Node:
@@ -157,7 +181,7 @@ def _joint_node(joint: Element, attributes: dict[str, str], at: Floats, settings
         return node
     if kind not in ("hinge", "slide"):
         raise InputError(
-            f"joint `{name}` is of type `{kind}`; these can be taken over: hinge, slide, and free at the root",
+            f"joint `{name}` is of type `{kind}`; these can be taken over: hinge, slide, ball, and free at the root",
             settings.path,
             joint.line,
         )

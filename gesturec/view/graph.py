@@ -55,7 +55,8 @@ def draw_graph(artifact: Artifact, machine: int | str, format: str) -> str:
     count = len(artifact.machine(number).transition_target)
     if count > MOST_TRANSITIONS and format != "svg":
         raise LimitError(
-            f"{count:,} transitions; a graph's file has at most {MOST_TRANSITIONS:,}: choose another machine"
+            f"{count:,} transitions; a graph's file has at most {MOST_TRANSITIONS:,}: draw it as .svg, which shows "
+            "those of one joint by one level alone, or choose another machine"
         )
     return FORMATS[format](artifact, number)
 

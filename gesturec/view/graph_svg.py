@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 
 MARGIN_PX: Final = 24.0
 HEADING_PX: Final = 80.0
+MANY_ARCS: Final = 100  # of a map, where lines cross: from then on they are drawn faint
 _STYLE: Final = """
 text { font-family: system-ui, "Segoe UI", "DejaVu Sans", sans-serif; font-size: 11px; fill: #1b1f24 }
 .heading { font-size: 15px; font-weight: 600 } .caption { font-size: 12px; fill: #59636e }
 .around { fill: #414a54; paint-order: stroke; stroke: #ffffff; stroke-width: 3px } .strong { font-weight: 600 }
 .label { font-size: 9.5px; text-anchor: middle; fill: #10141a }
 .panel { fill: #f6f7f9; stroke: #d4d8de } .arc { stroke: #98a2ad; stroke-width: 1; fill: none }
+.many .arc { stroke-opacity: 0.45 }
 .state { stroke: #59636e; stroke-width: 0.8 }
 """
 
@@ -44,7 +46,12 @@ def graph_svg(artifact: Artifact, machine: int) -> str:
         element("text", text(heading), x=number(MARGIN_PX), y=26, class_="heading"),
         element("text", text(counts), x=number(MARGIN_PX), y=44, class_="caption"),
         element("text", text(about), x=number(MARGIN_PX), y=60, class_="caption"),
-        element("g", body, transform=f"translate({number(MARGIN_PX)} {number(HEADING_PX)})"),
+        element(
+            "g",
+            body,
+            transform=f"translate({number(MARGIN_PX)} {number(HEADING_PX)})",
+            class_="many" if layout.kind == "map" and len(layout.arcs) > MANY_ARCS else None,
+        ),
     )
     size = {"width": number(width), "height": number(height), "viewBox": f"0 0 {number(width)} {number(height)}"}
     return element("svg", "\n".join(parts), xmlns="http://www.w3.org/2000/svg", role="img", **size) + "\n"

@@ -14,9 +14,10 @@ from gesturec.analysis.analyze import analyze
 from gesturec.analysis.expected import most_likely
 from gesturec.analysis.picture import analysis_svg
 from gesturec.analysis.report import Analysis
-from gesturec.analysis.separation import Clouds, error_of, groups, near_pairs, separation_of
+from gesturec.analysis.separation import Clouds, clouds, error_of, groups, near_pairs, nearest_pair, separation_of
 from gesturec.analysis.text import analysis_text
-from gesturec.artifact.artifact import Artifact
+from gesturec.artifact.artifact import Artifact, MachineTables
+from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.compile import compile_artifact, compile_stages
 from gesturec.diagnostics.source import Source
 from gesturec.shipped import shipped_models
@@ -101,6 +102,102 @@ def test_separation_and_error_are_those_of_two_gaussians() -> None:
     expected = error_of(float(separation))
     assert wrong == pytest.approx(expected, abs=5 * sqrt(expected * (1 - expected) / draws))
     assert expected == pytest.approx(0.5 * erfc(float(separation) / sqrt(8)))
+
+
+# Cells are filled evenly and are no Gaussians: the stated rate of a pair is this near to that of draws from them
+PAIR_ERROR, PAIR_BIAS = 0.07, 0.02
+
+
+@pytest.mark.parametrize("name", ["hand", "gait"])
+def test_the_error_of_a_pair_is_that_of_draws_from_its_own_cells(name: str) -> None:
+    """True values are drawn from both cells, carried through the body by its own kinematics, given noise, decided."""
+    artifact = compile_artifact(shipped_models()[name])
+    tables, noise, draws = artifact.machine(0), 0.003, 2000
+    states = clouds(tables.mean, tables.covariance, np.arange(len(tables.tokens)), np.full(len(tables.tokens), noise))
+    pairs = near_pairs(states, 4.0)
+    rng = np.random.default_rng(11)
+    differences = []
+    for index in rng.choice(len(pairs.first), 25, replace=False):
+        both = np.array([pairs.first[index], pairs.second[index]])
+        pair = Clouds(states.mean[both], states.covariance[both])
+        wrong = [
+            (most_likely(pair, drawn(artifact, tables, int(state), draws, noise, rng)) != own).mean()
+            for own, state in enumerate(both)
+        ]
+        differences.append(error_of(float(pairs.separation[index])) - np.mean(wrong))
+    assert np.abs(differences).max() < PAIR_ERROR
+    assert abs(np.mean(differences)) < PAIR_BIAS
+
+
+def drawn(
+    artifact: Artifact, tables: MachineTables, state: int, draws: int, noise: float, rng: np.random.Generator
+) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Noisy tokens at values drawn from a state's cell, without the analysis's own code, (draw, 3 token)."""
+    chain, spread = chain_of(artifact.columns), artifact.columns["joint_spread"]
+    angles = np.zeros((draws, len(chain.joint_parent)))
+    for column, joint in enumerate(tables.joints):
+        low, high = tables.low[state, column], tables.high[state, column]
+        angles[:, joint] = rng.uniform(low, max(low, high), draws) + rng.normal(size=draws) * spread[joint]
+    places = token_positions(chain, complete_angles(chain, angles))[:, tables.tokens].reshape(draws, -1)
+    return places + rng.normal(size=places.shape) * noise
+
+
+def test_the_nearest_pair_is_told_also_where_none_merges() -> None:
+    rng = np.random.default_rng(7)
+    states = Clouds(rng.normal(size=(30, 3)), np.broadcast_to(np.eye(3) * 0.01, (30, 3, 3)))
+    apart = np.linalg.norm(states.mean[:, None] - states.mean, axis=-1) / 0.1 + 1e9 * np.eye(30)
+    found = nearest_pair(states, 0.1)
+    assert sorted((int(found.first[0]), int(found.second[0]))) == sorted(np.unravel_index(apart.argmin(), apart.shape))
+    assert not len(nearest_pair(states, 0.1, furthest=apart.min() / 2).first)
+    (machine,) = analyze(arm(), 1e-4, measured=["arm.hand", "a"], merge=0.4).machines
+    (separation,) = machine.separations
+    assert separation.nearest == separation.pairs[0]
+
+
+def test_a_tighter_error_merges_more_pairs(hand: Artifact) -> None:
+    some, more = (analyze(hand, 0.003, merge=merge).machines[0].separations[0].merging for merge in (0.2, 0.01))
+    assert some < more
+
+
+def test_samples_too_near_on_a_cycle_are_told_to_be_fewer() -> None:
+    gait = compile_artifact(shipped_models()["gait"])
+    (separation,) = analyze(gait, 0.002).machines[0].separations
+    (remedy,) = (each for each in separation.remedies if "samples" in each.text)
+    fewer = int(re.findall(r"samples: (\d+)", remedy.text)[0])
+    assert remedy.kind == "coarser" and 2 <= fewer < 50
+    assert separation.merging / 2 <= remedy.pairs <= separation.merging
+
+
+def test_a_new_token_is_told_once_a_part(hand_report: Analysis) -> None:
+    for machine in hand_report.machines:
+        for separation in machine.separations:
+            parts = [re.findall("part that `(.*?)`", each.text) for each in separation.remedies]
+            named = [part for found in parts for part in found]
+            assert len(named) == len(set(named))
+
+
+def test_what_is_the_same_of_a_mirrored_limb_is_said_once() -> None:
+    more = "  other: {mirror: arm, across: z}\n"
+    text = analysis_text(analyze(arm(more), 0.002))
+    assert "\nother: as `arm`\n" in text and text.count("arm.twist") > 1
+
+
+def test_hiding_what_tells_no_machine_apart_is_said(hand: Artifact) -> None:
+    report = analyze(hand, 0.002, [(), ("wrist", "index.tip")])
+    assert report.without_effect == ("wrist",)
+    assert "hiding wrist changes nothing" in analysis_text(report)
+
+
+def test_a_body_without_machines_says_so() -> None:
+    rigid, findings = compile_stages(Source("rigid.yaml", HEAD.partition("limbs:")[0]))
+    assert rigid is not None, findings
+    report = analyze(rigid, 0.002)
+    assert "no machine" in analysis_text(report) and "no machine" in analysis_svg(report)
+
+
+def test_a_constraint_that_removes_nothing_is_called_so() -> None:
+    more = "    constraints:\n      - {name: idle, require: shoulder <= 100 deg}\n"
+    assert "arm.idle (arm): removes nothing: it holds in every state" in analysis_text(analyze(arm(more), 0.002))
 
 
 def test_no_near_pair_is_missed() -> None:

@@ -42,6 +42,7 @@ def test_the_picture_is_an_svg_and_is_not_written_when_the_model_is_wrong(tmp_pa
         (["--hide", "index.tpi"], 1, "did you mean `index.tip`?"),
         (["--bind", "papr"], 2, "it has paper"),
         (["--noise", "0mm"], 2, "--noise"),
+        (["--merge", "60%"], 2, "between 0 and 50 %"),
         (["-o", "a.png"], 2, ".svg"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from functools import cache
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from gesturec.analysis.analyze import analyze
 from gesturec.artifact.artifact import Artifact
+from gesturec.cli.main import main
 from gesturec.compile import compile_artifact
 from gesturec.diagnostics.errors import ModelError
 from gesturec.modeltests.run import within_level
@@ -105,3 +107,21 @@ def test_every_example_with_poses_is_gone_through() -> None:
         path.stem for path in MODELS if isinstance(found := compiled(path), Artifact) and found.manifest.poses
     }
     assert set(PATHS) <= with_poses
+
+
+def test_every_example_says_what_it_is_and_is_on_the_page() -> None:
+    page = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
+    for path in MODELS:
+        found = model(path)
+        assert found.manifest.description, path.stem
+        assert f"`{path.name}`" in page or f"models/{path.name}" in page
+
+
+def test_the_commands_on_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (ROOT / "examples" / "README.md").read_text(encoding="utf-8")
+    commands = [line.removeprefix("gesturec ") for line in page.splitlines() if line.startswith("gesturec ")]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    assert len(commands) == 5
+    for command in commands:
+        assert main(shlex.split(command)) == 0, command

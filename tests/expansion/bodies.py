@@ -27,6 +27,7 @@ SPAN = Span(SOURCE, 0, 8)
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 MM, DEG = 1e-3, math.pi / 180
 FLEXION, ABDUCTION = (0, 30, 60, 90), (0, 45)
+TEN = range(0, 100, 10)
 
 
 def levels(
@@ -165,3 +166,13 @@ def paper_hand(**given: Any) -> LoweredModel:
     limbs.append(LoweredLimb("thumb", 0, 4, SPAN))
     machines.append(machine("thumb", [4], range(first, first + 4)))
     return body(joints, tokens, limbs, machines, name="hand", **given)
+
+
+def chain(count: int, constraints: tuple[LoweredConstraint, ...] = (), step: str = "single") -> LoweredModel:
+    """A limb of joints of ten levels each, 0 to 90 degrees."""
+    joints = [
+        joint(f"a.j{i}", 0, i, (0, 0, 1), at=(0.03, 0.0, 0.0), levels=levels(list(TEN), 0, 90)) for i in range(count)
+    ]
+    tokens = [token("root", None, 0), token("a.tip", 0, count, (30, 0, 0))]
+    machines = [machine("a", [0], range(count), step=step)]
+    return body(joints, tokens, [LoweredLimb("a", 0, 0, SPAN)], machines, constraints=constraints)

@@ -10,19 +10,8 @@ import pytest
 
 from gesturec.expansion.expand import expand_model
 from gesturec.expansion.limits import Limits
-from gesturec.lowering.lowered import LoweredConstraint, LoweredLimb, LoweredModel
-from tests.expansion.bodies import DEG, SPAN, body, joint, levels, machine, program, require, token
-
-TEN = range(0, 100, 10)
-
-
-def chain(count: int, constraints: tuple[LoweredConstraint, ...] = (), step: str = "single") -> LoweredModel:
-    joints = [
-        joint(f"a.j{i}", 0, i, (0, 0, 1), at=(0.03, 0.0, 0.0), levels=levels(list(TEN), 0, 90)) for i in range(count)
-    ]
-    tokens = [token("root", None, 0), token("a.tip", 0, count, (30, 0, 0))]
-    machines = [machine("a", [0], range(count), step=step)]
-    return body(joints, tokens, [LoweredLimb("a", 0, 0, SPAN)], machines, constraints=constraints)
+from gesturec.lowering.lowered import LoweredConstraint
+from tests.expansion.bodies import DEG, chain, program, require
 
 
 def at_most(bound: int, *joints: int) -> LoweredConstraint:

@@ -131,6 +131,32 @@ def test_parameters_poses_and_root_tokens_have_origins_too(model: Path) -> None:
     assert by_key(origins(model, "b"))["at"].value == "[90, 0, 0] mm"
 
 
+def test_the_root_groups_templates_and_bodies_have_places(model: Path, tmp_path: Path) -> None:
+    text = BODY + "groups: {both: [near, far]}\n"
+    model.write_text(text)
+    assert told(by_key(origins(model, "both"))["group"]) == [("as written", f"body.yaml:{line(text, 'groups:')}")]
+    assert told(by_key(origins(model, "base"))["root"]) == [("as written", f"body.yaml:{line(text, 'name: base')}")]
+    assert told(by_key(origins(model, "finger"))["template"]) == [
+        ("as written", f"parts.yaml:{line(PARTS, 'finger:')}"),
+        ("which is included as `parts.yaml`", f"body.yaml:{line(text, 'include:')}"),
+    ]
+    pair = tmp_path / "pair.yaml"
+    pair.write_text("gesturec: 1\nname: pair\nunits: {length: mm, angle: deg}\nbodies:\n  one: {model: body.yaml}\n")
+    assert told(by_key(origins(pair, "one"))["body"]) == [("as written", "pair.yaml:5")]
+    assert told(by_key(origins(pair, "one.both"))["group"]) == [("as written", f"body.yaml:{line(text, 'groups:')}")]
+
+
+def test_the_kind_of_a_machine_is_traced_to_what_decides_it() -> None:
+    from gesturec.shipped import shipped_models
+
+    found = by_key(origins(shipped_models()["gait"], "left"))
+    assert found["kind"].value == "cycle" and found["kind"].traces[0].what.startswith("`cycle: ")
+    assert found["dwell"].value == "stance: 0.25 s ..; swing: 0.15 s .. 1 s"
+    assert told(by_key(origins(shipped_models()["hand"], "index"))["kind"]) == [
+        ("not written: the language's default", "")
+    ]
+
+
 def test_a_name_that_is_not_there_gets_the_nearest(model: Path) -> None:
     with pytest.raises(InputError, match=r"did you mean `near\.bend`"):
         origins(model, "near.bnd")

@@ -8,12 +8,14 @@ from pathlib import Path
 import pytest
 
 from gesturec.cli.main import main
-from gesturec.compile import findings_of
+from gesturec.compile import compile_stages, findings_of
 from gesturec.diagnostics.rules import RULES, severity
+from gesturec.diagnostics.source import Source
+from gesturec.language.expressions.functions import FOLDS, SIGNATURES
 from gesturec.language.schema import blocks as declared
 from gesturec.language.schema.block import Block
 from gesturec.reference.keys import blocks
-from gesturec.reference.page import EXAMPLES, reference_page
+from gesturec.reference.page import EXAMPLES, FOLD_MEANS, MEANS, reference_page
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = ROOT / "docs" / "language-reference.md"
@@ -42,6 +44,68 @@ def test_every_key_is_explained() -> None:
     for line in reference_page().split("## Examples")[0].splitlines():
         if line.startswith(("| `", "| **")):
             assert all(cell.strip() for cell in line.strip("|").split(" | ")), line
+
+
+def test_every_function_is_explained_and_none_besides() -> None:
+    assert set(MEANS) == set(SIGNATURES) and set(FOLD_MEANS) == set(FOLDS)
+    page = reference_page()
+    for signature in SIGNATURES.values():
+        assert re.search(rf"^\| `{re.escape(signature.form)}` \| [^|]{{4,}} \|$", page, re.M), signature.form
+
+
+# What is written where, as the table of names on the page says it; each line is one model with one more key
+SEEN = {
+    "a limb's own names": ("limb", "poses: {p: a == 30 and tip.x > 0 mm and a.far}"),
+    "limbs at the top": ("top", "poses: {p: arm.a == 30 and arm.tip.x > foot.x and arm.a.far and arm.q}"),
+    "the root and the world": (
+        "top",
+        'poses: {p: "angle(root.y, world.up) < 30 deg and norm(world.x + root.z) > 0.1"}',
+    ),
+    "states and places of a machine": ("top", "poses: {p: wheel.first or wheel.at > 50 %}"),
+    "steps in rules": ("limb", "machine: {rules: [{name: r, forbid: next.a < prev.a}]}"),
+    "steps at the top": ("top", "transitions: {rules: [{name: r, forbid: next.arm.a < prev.arm.a}]}"),
+}
+NOT_SEEN = {
+    "another limb in a limb": ("limb", "poses: {p: wheel.first}", "unknown-name"),
+    "a joint without its limb at the top": ("top", "poses: {p: a == 30}", "unknown-name"),
+    "steps in a pose": ("top", "poses: {p: next.arm.a < prev.arm.a}", "misplaced-name"),
+    "a joint in a vector": ("limb", 'constraints: [{name: c, require: "distance(tip, [a, 0, 0]) > 1"}]', "wrong-unit"),
+}
+SCENE = """gesturec: 1
+name: scene
+units: {length: mm, angle: deg}
+root: {name: base, tokens: {foot: [0, 0, 0], b: [90, 0, 0], c: [0, 0, 90]}}
+limbs:
+  arm:
+    chain:
+      - {joint: a, axis: z, levels: {near: 0, far: 30}}
+      - {token: tip, at: [100, 0, 0]}
+    LIMB
+  wheel:
+    chain:
+      - {joint: turn, axis: z, spread: 3}
+      - {token: rim, at: [50, 0, 0]}
+    machine:
+      cycle: {period: 1 s .. 2 s, samples: 10, keys: {turn: {0: 0, 50: 90}}, phases: {first: 0, second: 50}}
+"""
+
+
+def rules_of(where: str, more: str) -> set[str]:
+    limb = more if where == "limb" else "poses: {q: a == 30}"
+    text = SCENE.replace("LIMB", limb) + (more if where == "top" else "")
+    found = compile_stages(Source("scene.yaml", text))[1]
+    return {finding.rule for finding in found if severity(finding.rule) == "error"}
+
+
+@pytest.mark.parametrize("case", SEEN)
+def test_what_the_page_says_is_seen_is_seen(case: str) -> None:
+    assert rules_of(*SEEN[case]) == set()
+
+
+@pytest.mark.parametrize("case", NOT_SEEN)
+def test_what_the_page_says_is_not_seen_is_a_finding(case: str) -> None:
+    where, more, rule = NOT_SEEN[case]
+    assert rule in rules_of(where, more)
 
 
 def test_links_lead_to_sections() -> None:

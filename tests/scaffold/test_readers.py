@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from gesturec.compile import compile_artifact
 from gesturec.diagnostics.errors import InputError
+from gesturec.diagnostics.source import Source
 from gesturec.scaffold.bvh import read_bvh
 from gesturec.scaffold.mjcf import read_mjcf
 from gesturec.scaffold.new import READERS, BadNameError, FileKind, model_from_file, new_model
@@ -127,7 +130,12 @@ def world(*parts: str) -> str:
         ("<robot/>", 1, ["`robot`"]),
         ("<mujoco/>", 1, ["worldbody"]),
         ("<mujoco>\n<include file='/etc/passwd'/>\n</mujoco>", 2, ["`include`"]),
-        (world("<body name='a'>", "<joint name='j' type='ball'/></body>"), 4, ["`j`", "`ball`", "hinge"]),
+        (world("<body name='a'>", "<joint name='j' type='gimbal'/></body>"), 4, ["`j`", "`gimbal`", "hinge", "ball"]),
+        (
+            world("<body name='a'>", "<joint name='j' type='ball' limited='true' range='0 0'/></body>"),
+            4,
+            ["`j`", "nowhere"],
+        ),
         (world("<body><joint axis='0 0 0'/></body>"), 3, ["zero"]),
         (world("<body><joint range='1 0'/></body>"), 3, ["reversed"]),
         (world("<body><joint name='j' limited='true'/></body>"), 3, ["`j`", "no `range`"]),
@@ -237,6 +245,37 @@ def test_classes_of_mjcf_inherit(tmp_path: Path) -> None:
         "k": pytest.approx(1.57079633),
     }
     assert all(dof.axis.tolist() == [1, 0, 0] for dof in dofs.values())
+
+
+@pytest.mark.parametrize(
+    ("compiler", "limits", "x", "y"),
+    [
+        ("angle='degree'", "range='0 60' limited='true'", 60, 60),
+        ("angle='radian' autolimits='true'", "range='0 2'", np.degrees(2), 90),
+        ("", "", 180, 90),
+    ],
+    ids=["degrees", "radians", "free"],
+)
+def test_a_ball_is_three_hinges_that_reach_its_cone(
+    tmp_path: Path, compiler: str, limits: str, x: float, y: float
+) -> None:
+    text = (
+        f"<mujoco><compiler {compiler}/><worldbody><body name='a'><body name='b' pos='0 0 1'>"
+        f"<joint name='j' type='ball' pos='0 0.1 0' {limits}/><site name='s' pos='0 1 0'/>"
+        "</body></body></worldbody></mujoco>"
+    )
+    path = write(tmp_path, text)
+    skeleton = read_mjcf(path)
+    dofs = [node.dof for node in skeleton.root.walk() if node.dof]
+    assert [(dof.name, dof.axis.tolist()) for dof in dofs] == [
+        ("j_x", [1, 0, 0]),
+        ("j_y", [0, 1, 0]),
+        ("j_z", [0, 0, 1]),
+    ]
+    assert np.degrees([dof.high for dof in dofs]) == pytest.approx([x, y, x])
+    assert np.degrees([dof.low for dof in dofs]) == pytest.approx([-x, -y, -x])
+    assert any("ball joint `j`" in note for note in skeleton.notes)
+    compile_artifact(Source("ball.yaml", model_from_file("ball", path, "mjcf")))
 
 
 def test_a_switched_off_coupling_is_told(tmp_path: Path) -> None:

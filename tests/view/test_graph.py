@@ -7,6 +7,7 @@ import re
 from typing import Any
 from xml.etree import ElementTree
 
+import networkx
 import numpy as np
 import pytest
 
@@ -57,6 +58,20 @@ def test_graphml_has_every_state_and_transition(hand: Artifact) -> None:
     assert len(list(root.iter(f"{GRAPHML}node"))) == len(tables.state_names)
     edges = [(edge.attrib["source"], edge.attrib["target"]) for edge in root.iter(f"{GRAPHML}edge")]
     assert len(set(edges)) == len(edges) == len(tables.transition_target)
+
+
+@pytest.mark.parametrize("name", ["index", "thumb"])
+def test_networkx_reads_the_graph_that_the_tables_have(hand: Artifact, name: str) -> None:
+    """An independent reader: GraphML gives the states by name, their angles, and the transitions."""
+    tables = hand.machine(hand.manifest.machines.index(name))
+    graph = networkx.parse_graphml(draw_graph(hand, name, "graphml"))
+    assert [data["name"] for _, data in graph.nodes(data=True)] == list(tables.state_names)
+    for (_, data), angle in zip(graph.nodes(data=True), tables.angle, strict=True):
+        joints = [hand.manifest.joints[joint] for joint in tables.joints]
+        assert np.allclose([data[joint] for joint in joints], angle)
+    start = tables.transition_start
+    wanted = {(s, t) for s in range(len(start) - 1) for t in tables.transition_target[start[s] : start[s + 1]].tolist()}
+    assert {(int(s[1:]), int(t[1:])) for s, t in graph.edges()} == wanted
 
 
 def test_scxml_names_targets_that_exist(hand: Artifact) -> None:

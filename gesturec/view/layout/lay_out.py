@@ -4,7 +4,7 @@ Places come from the model's own coordinates, so that neighbours in the picture 
 paper's Figure 1 draws a finger's states at their tip positions in the flexion plane):
 
 - *plane*: the tip's positions in the plane that they span, for one or two joints that move; for three, one panel for
-  each level of the joint without which the tip stays in a plane;
+  each level of the joint without which the tip stays in a plane; where every state can be named in its place;
 - *trellis*: a grid of grids, for everything else on a grid;
 - *wheel*: a cycle or a path;
 - *map*: named states at the two principal components of all their tokens.
@@ -22,6 +22,7 @@ from gesturec.diagnostics.errors import LimitError
 from gesturec.view.colors import category_colors, cycle_colors, grid_colors
 from gesturec.view.layout.arcs import grid_arcs, merge_ways, transition_pairs
 from gesturec.view.layout.axes import GridAxes, grid_axes
+from gesturec.view.layout.names import MOST_NAMES, listed, names_below, numbers
 from gesturec.view.layout.plane import (
     MOST_NODES,
     THIN,
@@ -33,7 +34,7 @@ from gesturec.view.layout.plane import (
     tip_positions,
 )
 from gesturec.view.layout.trellis import trellis
-from gesturec.view.layout.types import Floats, GraphLayout, Ints, Text
+from gesturec.view.layout.types import Floats, GraphLayout, Ints, Text, text_width
 from gesturec.view.layout.wheel import PhaseSpan, wheel, wheel_arcs
 
 if TYPE_CHECKING:
@@ -43,9 +44,8 @@ if TYPE_CHECKING:
 MOST_STATES: Final = 20_000
 # Arcs of a map; more are a disc of ink, and are told of in the caption instead
 MOST_ARCS_PER_STATE: Final = 6
-# States of a map whose names are written beside them, and how far circles then stand apart
-MOST_NAMES: Final = 40
-_NAMED_PX, _UNNAMED_PX = 84.0, 20.0
+# How far circles stand apart: with names beside them, with numbers in them, with nothing
+_NAMED_PX, _NUMBERED_PX, _UNNAMED_PX = 84.0, 30.0, 20.0
 _NAMED_RADIUS_PX: Final = 15.0
 _WEDGES: Final = "; a grey wedge: to or from each state at its rim"
 _LABEL_PX: Final = 9.5
@@ -87,9 +87,13 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
     position, panels, radius = place_in_panels(flat, panel, titles)
     shown = [axis for axis in range(len(axes.names)) if axis != cut]
     labels = _node_labels(axes, shown, radius)
-    if not any(labels) and len(tip) <= MOST_NAMES:
+    names: tuple[Text, ...] | None = ()
+    if not any(labels):
         position, panels, radius = place_in_panels(flat, panel, titles, _NAMED_PX)
         radius = min(radius, _NAMED_RADIUS_PX)
+        names = names_below(position, tables.state_names, radius, panel, max(p.x + p.width for p in panels))
+    if names is None:
+        return None
     written = f"; in each circle: {' over '.join(axes.names[axis] for axis in shown)}" if any(labels) else ""
     lines = f"{_LINES}{' inside a slice' * any(titles)}{_ends(axes)}"
     return GraphLayout(
@@ -104,7 +108,7 @@ def _plane_layout(artifact: Artifact, tables: MachineTables, axes: GridAxes) -> 
         labels,
         grid_arcs(tables, axes, panel),
         grid_colors(axes.fraction()),
-        (*panel_texts(panels), *(() if any(labels) else _names_below(position, tables.state_names, radius, panel))),
+        (*panel_texts(panels), *names),
     )
 
 
@@ -119,14 +123,6 @@ def _ends(axes: GridAxes) -> str:
     """Joints whose last level is next to the first: the line between them would cross the others."""
     turning = [k for k, wraps in enumerate(axes.wraps) if wraps]
     return "".join(f"; {axes.names[k]} wraps: {axes.levels[k][-1]} is next to {axes.levels[k][0]}" for k in turning)
-
-
-def _names_below(position: Floats, names: tuple[str, ...], radius: float, panel: Ints) -> tuple[Text, ...]:
-    """States' names under their circles, unless there are too many."""
-    if len(names) > MOST_NAMES:
-        return ()
-    places = zip(position.tolist(), names, panel.tolist(), strict=True)
-    return tuple(Text(x, y + radius + 13, name, panel=k) for (x, y), name, k in places)
 
 
 def _flat_slices(tip: Floats, panel: Ints, axes: GridAxes, base: Floats) -> Floats:
@@ -156,9 +152,10 @@ def _node_labels(axes: GridAxes, shown: list[int], radius: float) -> tuple[str, 
 def _trellis_layout(tables: MachineTables, axes: GridAxes) -> GraphLayout:
     position, panel, panels, radius, texts, shapes = trellis(axes)
     ends = [t.x + (0 if t.anchor == "end" else 0.6 * 11 * len(t.text)) for t in texts]
+    many = "one small grid for each combination of the inner joints" if len(panels) > 1 else "the grid of the levels"
     return GraphLayout(
         "trellis",
-        f"{tables.name}: one small grid for each combination of the inner joints; {_LINES} inside a grid{_ends(axes)}",
+        f"{tables.name}: {many}; {_LINES}{' inside a grid' * (len(panels) > 1)}{_ends(axes)}",
         max([p.x + p.width for p in panels] + ends),
         max([p.y + p.height for p in panels] + [t.y + 6 for t in texts]),
         position,
@@ -206,32 +203,33 @@ def innermost_phases(phases: tuple[Mapping[str, Any], ...]) -> Iterator[PhaseSpa
 
 
 def _map_layout(tables: MachineTables) -> GraphLayout:
-    n_state = len(tables.state_names)
-    tokens = np.asarray(tables.token).reshape(n_state, -1)
-    flat = _principal_plane(tokens)
+    names = tables.state_names
+    n_state = len(names)
+    flat = _principal_plane(np.asarray(tables.token).reshape(n_state, -1))
     side = float(np.clip(130 * math.sqrt(n_state), 220, 900))
-    named = n_state <= MOST_NAMES
-    spacing = _NAMED_PX if named else _UNNAMED_PX
-    position, panels, radius = place_in_panels(flat, np.zeros(n_state, np.int64), ("",), spacing, side)
-    radius = min(radius, _NAMED_RADIUS_PX)
     panel = np.zeros(n_state, np.int64)
+    apart = _NAMED_PX if n_state <= MOST_NAMES else _NUMBERED_PX if any(numbers(names)) else _UNNAMED_PX
+    position, panels, radius = place_in_panels(flat, panel, ("",), apart, side)
+    radius, width, height = min(radius, _NAMED_RADIUS_PX), panels[0].width, panels[0].height + 12
+    texts, labels = names_below(position, names, radius, panel, width), ("",) * n_state
+    if texts is None:
+        texts, labels = listed(names, width, height), numbers(names)
     source, target = transition_pairs(tables)
     few = len(source) <= MOST_ARCS_PER_STATE * n_state
     rest = "" if few else f"; {len(source):,} transitions, none drawn"
-    caption = f"{tables.name}: states where their tokens differ most{rest}"
     return GraphLayout(
         "map",
-        caption,
-        panels[0].width,
-        panels[0].height + 12,
+        f"{tables.name}: states where their tokens differ most{'; their numbers are listed' * any(labels)}{rest}",
+        max([width, *(t.x + text_width(t.text) for t in texts if t.anchor == "start")]),
+        max([height, *(t.y + 6 for t in texts)]),
         position,
         panel,
         (),
         radius,
-        ("",) * n_state,
+        labels,
         merge_ways(source, target, n_state) if few else np.zeros((0, 3), np.int64),
         category_colors(n_state),
-        _names_below(position, tables.state_names, radius, panel),
+        texts,
     )
 
 

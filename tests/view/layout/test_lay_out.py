@@ -8,9 +8,10 @@ import pytest
 from gesturec.artifact.artifact import Artifact
 from gesturec.compile import compile_artifact
 from gesturec.diagnostics.source import Source
-from gesturec.view.layout import GraphLayout, layout_graph
+from gesturec.view.layout import GraphLayout, Text, layout_graph
 from gesturec.view.layout.plane import tip_positions
 from gesturec.view.layout.trellis import split_axes
+from gesturec.view.layout.types import text_width
 
 LAMP = """gesturec: 1
 name: lamp
@@ -150,3 +151,72 @@ def test_every_layout_has_a_colour_a_label_and_a_place_for_each_state(hand: Arti
         assert layout.position.shape == (count, 2)
         assert len(layout.colors) == len(layout.labels) == len(layout.panel) == count
         assert np.isfinite(layout.position).all()
+
+
+SHAPES = """gesturec: 1
+name: shapes
+units: {length: mm, angle: deg}
+root: {name: base, tokens: {a: [0, 0, 0], b: [90, 0, 0], c: [0, 0, 90]}}
+limbs:
+  arm:
+    chain:
+      - {joint: lift, axis: z, levels: {lowest: -60, lower: -30, level: 0, higher: 30, highest: 60, topmost: 90}}
+      - {joint: wag, axis: y, levels: {far_right: -60, right: -30, middle: 0, left: 30, far_left: 60, beyond: 90}}
+      - {token: tip, at: [-280, 0, 0]}
+  tail:
+    chain:
+      - {joint: lift, axis: -z, levels: {low: -60, level: 0, high: 60}}
+      - {joint: wag, axis: y, levels: {to_right: -40, middle: 0, to_left: 40}}
+      - {token: tip, at: [-280, 0, 0]}
+  face:
+    chain:
+      - {joint: p, type: slide, axis: x, spread: 1}
+      - {joint: q, type: slide, axis: y, spread: 1}
+      - {token: tip}
+    machine:
+      states: {STATES}
+"""
+
+
+def named(count: int, name: str = "shape") -> Artifact:
+    rng = np.random.default_rng(4)
+    states = [f"{name}_{k}: {{p: {p}, q: {q}}}" for k, (p, q) in enumerate(rng.integers(-50, 50, (count, 2)))]
+    return compile_artifact(Source("shapes.yaml", SHAPES.replace("{STATES}", "{" + ", ".join(states) + "}")))
+
+
+def box(text: Text) -> tuple[float, float, float, float]:
+    width = text_width(text.text)
+    left = text.x - {"start": 0, "middle": width / 2, "end": width}[text.anchor]
+    return left, text.y - 9, left + width, text.y + 3
+
+
+def assert_readable(layout: GraphLayout) -> None:
+    """No text covers another, and all are inside the picture."""
+    boxes = [box(text) for text in layout.texts]
+    for k, (left, top, right, bottom) in enumerate(boxes):
+        assert left >= -1e-9 and right <= layout.width + 1e-9 and bottom <= layout.height + 9
+        for other in boxes[:k]:
+            assert right <= other[0] or other[2] <= left or bottom <= other[1] or other[3] <= top, layout.texts[k]
+
+
+def test_names_that_would_cover_each_other_make_a_trellis_of_a_plane() -> None:
+    artifact = named(3)
+    arm, tail = layout_graph(artifact, number(artifact, "arm")), layout_graph(artifact, number(artifact, "tail"))
+    assert (arm.kind, tail.kind) == ("trellis", "plane")
+    assert {text.text for text in tail.texts} == set(artifact.manifest.states["tail"])
+    assert_readable(arm)
+    assert_readable(tail)
+
+
+@pytest.mark.parametrize(
+    ("count", "name"), [(5, "shape"), (20, "a_shape_with_a_name_that_is_far_too_long"), (200, "shape")]
+)
+def test_named_states_are_named_beside_or_numbered_and_listed(count: int, name: str) -> None:
+    artifact = named(count, name)
+    layout, names = layout_graph(artifact, number(artifact, "face")), artifact.manifest.states["face"]
+    assert_readable(layout)
+    if count == 5:
+        assert [text.text for text in layout.texts] == list(names)
+    else:
+        assert list(layout.labels) == [str(k + 1) for k in range(count)]
+        assert [text.text.split() for text in layout.texts] == [[str(k + 1), each] for k, each in enumerate(names)]
