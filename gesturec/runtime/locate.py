@@ -26,6 +26,8 @@ from gesturec.runtime.pose_filter import (
     PoseFilter,
     PoseState,
     PoseStep,
+    Shown,
+    block_diagonal,
     merge,
     select,
 )
@@ -64,7 +66,9 @@ def locate(
     if not seen.any():
         state = predicted if _deviation(predicted) < TOO_UNCERTAIN else None
         return Located(state, step if state is not None else None, 0, last.refused, float("nan"), (0.0, 0))
-    state, passed = pose.update(predicted, np.nan_to_num(measured), total, seen)
+    state, used = pose.update(predicted, root_shown(pose, measured, total, seen))
+    passed = np.zeros(len(seen), dtype=bool)
+    passed[seen] = used
     refused = last.refused + 1 if 2 * passed.sum() < seen.sum() else 0
     if refused >= GIVE_UP and seen.sum() >= 3:
         return _begin(pose, measured, covariance, total, seen, size)
@@ -72,6 +76,12 @@ def locate(
         return _begin(pose, measured, covariance, total, seen, size)
     residual, excess = _residuals(pose, state, measured, covariance, passed)
     return Located(state, step, int(seen.sum()), refused, residual, excess)
+
+
+def root_shown(pose: PoseFilter, measured: Array, covariance: Array, seen: Mask) -> Shown:
+    """The root's seen tokens."""
+    count = int(seen.sum())
+    return Shown(pose.tokens[seen], measured[seen], block_diagonal(covariance[seen]), np.ones(count, dtype=bool))
 
 
 def _begin(pose: PoseFilter, measured: Array, covariance: Array, total: Array, seen: Mask, size: SizeBelief) -> Located:
