@@ -1,9 +1,10 @@
 """Where the root is in every frame: starts the pose filter, feeds it, gives it up, looks back with it.
 
 In: the root's tokens of a frame and the state after the frame before. Out: `Located`. A filter starts
-from the first frame whose root tokens determine a pose, from the fit and its mirror image where those
-look alike; the worse hypothesis is dropped once it is unlikely. It is given up when its pose has become
-too uncertain, or when what it expects is refused by most tokens for `GIVE_UP` frames.
+from the first frame whose root tokens agree on a pose (`rigid.consensus`), from the fit and its mirror images
+where those look alike; worse hypotheses are dropped once they are unlikely. It follows at once where most
+tokens are not where it expects them but agree, and is given up when its pose has become too uncertain, or
+when they do not agree either for `GIVE_UP` frames.
 """
 
 from __future__ import annotations
@@ -32,12 +33,15 @@ from gesturec.runtime.pose_filter import (
     select,
 )
 from gesturec.runtime.pose_smoother import smooth_step
-from gesturec.runtime.rigid import all_fits, spans_plane
-from gesturec.runtime.rotations import exponential
+from gesturec.runtime.rigid import Consensus, RigidFit, consensus
+from gesturec.runtime.rotations import exponential, logarithm
 
 UNLIKELY: Final = 12.0  # log likelihood by which a hypothesis must be behind to be dropped
 TOO_UNCERTAIN: Final = 0.5  # rad, deviation of the rotation beyond which a pose is no pose
 GIVE_UP: Final = 3  # frames in a row in which most root tokens are refused: then the filter starts anew
+LEAST_SIZE_DEVIATION: Final = 0.02  # of log size, when a filter starts anew: it may have learnt from bad frames
+FASTEST: Final = 10.0  # rad/s; a root that turns faster between two frames is not followed but found anew
+FASTEST_LENGTH: Final = 150.0  # sizes/s: a hand at 7 m/s
 
 
 class Located(NamedTuple):
@@ -46,65 +50,138 @@ class Located(NamedTuple):
     state: PoseState | None
     step: PoseStep | None  # from the frame before; None where the filter (re)started
     seen: int  # root tokens seen
-    refused: int  # frames in a row in which the gate refused most of them
+    refused: int  # frames in a row in which the gate refused most of them, or they were no rigid body
     residual: float  # root mean square of the tokens used, m; NaN where none
     excess: tuple[float, int]  # squares of residuals beyond what noise explains, m^2, and degrees of freedom
+    size: SizeBelief | None  # as learnt by the last filter; None before there was one
+    since: float  # s since the filter was last fed; 0 where it was in this frame
 
 
-NOWHERE: Final = Located(None, None, 0, 0, float("nan"), (0.0, 0))
+class Root(NamedTuple):
+    """What a frame shows of the root's K tokens."""
+
+    measured: Array  # (K, 3) m, world; NaN unseen
+    covariance: Array  # (K, 3, 3) m^2, of the measurement
+    total: Array  # (K, 3, 3) m^2, with what proportions unlike the model's add
+    seen: Mask  # (K,)
+
+
+NO_EXCESS: Final = (0.0, 0)
+NOWHERE: Final = Located(None, None, 0, 0, float("nan"), NO_EXCESS, None, 0.0)
 
 
 def locate(
     pose: PoseFilter, last: Located, measured: Array, covariance: Array, shape: float, size: SizeBelief, dt: float
 ) -> Located:
     """Advance by a frame: root tokens (K, 3), their covariance (K, 3, 3), variance for shape m^2 an axis."""
-    seen = seen_rows(measured)
-    total = covariance + shape * np.eye(3)
+    root = Root(measured, covariance, covariance + shape * np.eye(3), seen_rows(measured))
     if last.state is None:
-        return _begin(pose, measured, covariance, total, seen, size)
+        return _begin(pose, last, root, _size_of(last, size))
     predicted, step = pose.predict(last.state, dt)
-    if not seen.any():
-        state = predicted if _deviation(predicted) < TOO_UNCERTAIN else None
-        return Located(state, step if state is not None else None, 0, last.refused, float("nan"), (0.0, 0))
-    state, used = pose.update(predicted, root_shown(pose, measured, total, seen))
-    passed = np.zeros(len(seen), dtype=bool)
-    passed[seen] = used
-    refused = last.refused + 1 if 2 * passed.sum() < seen.sum() else 0
-    if refused >= GIVE_UP and seen.sum() >= 3:
-        return _begin(pose, measured, covariance, total, seen, size)
-    if _deviation(state) > TOO_UNCERTAIN:
-        return _begin(pose, measured, covariance, total, seen, size)
-    residual, excess = _residuals(pose, state, measured, covariance, passed)
-    return Located(state, step, int(seen.sum()), refused, residual, excess)
+    if not root.seen.any():
+        if _deviation(predicted) > TOO_UNCERTAIN:
+            return NOWHERE._replace(size=last.size)
+        return Located(predicted, step, 0, last.refused, float("nan"), NO_EXCESS, last.size, last.since + dt)
+    state, passed = pose.update(predicted, root_shown(pose, root))
+    mostly_refused = 2 * passed.sum() < root.seen.sum()
+    if mostly_refused and (found := _follow(pose, last, root, last.since + dt)) is not None:
+        return found
+    refused = last.refused + 1 if mostly_refused else 0
+    if (refused >= GIVE_UP and root.seen.sum() >= 3) or _deviation(state) > TOO_UNCERTAIN:
+        return _begin(pose, last, root, _size_of(last, size))
+    used = root.seen.copy()
+    used[root.seen] = passed
+    residual, excess = _residuals(pose, state, root, used)
+    since = last.since + dt if mostly_refused else 0.0
+    return Located(state, step, int(root.seen.sum()), refused, residual, excess, _learnt(state), since)
 
 
-def root_shown(pose: PoseFilter, measured: Array, covariance: Array, seen: Mask) -> Shown:
+def root_shown(pose: PoseFilter, root: Root) -> Shown:
     """The root's seen tokens."""
-    count = int(seen.sum())
-    return Shown(pose.tokens[seen], measured[seen], block_diagonal(covariance[seen]), np.ones(count, dtype=bool))
+    seen = root.seen
+    everything = np.ones(int(seen.sum()), dtype=bool)
+    return Shown(pose.tokens[seen], root.measured[seen], block_diagonal(root.total[seen]), everything)
 
 
-def _begin(pose: PoseFilter, measured: Array, covariance: Array, total: Array, seen: Mask, size: SizeBelief) -> Located:
+def _begin(pose: PoseFilter, last: Located, root: Root, size: SizeBelief) -> Located:
     """Start from the fits of this frame alone, if its tokens determine a pose."""
-    count = int(seen.sum())
-    if not spans_plane(pose.tokens[seen]):
-        return NOWHERE._replace(seen=count)
-    fits = all_fits(pose.tokens[seen], measured[seen], total[seen], size.log_scale, size.deviation)
-    likelihood = [-0.5 * f.cost + 0.5 * _log_volume(f.covariance, size.deviation > 0) for f in fits]
+    count = int(root.seen.sum())
+    agreed = _consensus(pose, root, size)
+    if agreed is None:
+        return NOWHERE._replace(seen=count, size=last.size)
+    inflation = np.ones(len(agreed.fits))
+    if not agreed.agrees:  # proportions unlike the model's
+        freedom = 3 * int(agreed.used.sum()) - 6
+        inflation = np.array([max(1.0, fit.cost / freedom) for fit in agreed.fits])
+    likelihood = _likelihoods(agreed.fits, inflation, size)
+    return _started(pose, agreed, root, inflation, likelihood)
+
+
+def _follow(pose: PoseFilter, last: Located, root: Root, since: float) -> Located | None:
+    """Go at once where the tokens agree to be, though the filter did not expect them there: a fast move.
+
+    None where they are no rigid body, or would be faster than anything.
+    """
+    assert last.state is not None
+    agreed = _consensus(pose, root, _size_of(last, _learnt(last.state)))
+    if agreed is None or not agreed.agrees:
+        return None
+    before = select(last.state, best_hypothesis(last.state))
+    even = np.ones(len(agreed.fits))
+    turns = np.array([logarithm(fit.rotation @ before.rotation[0].T) for fit in agreed.fits])
+    ways = np.array([fit.translation for fit in agreed.fits]) - before.origin[0]
+    size = pose.size * np.exp(before.log_scale[0])
+    expected = FASTEST * since + _deviation(before)
+    likelihood = _likelihoods(agreed.fits, even, _learnt(last.state)) - 0.5 * ((turns / expected) ** 2).sum(1)
+    best = int(likelihood.argmax())
+    if np.linalg.norm(turns[best]) > np.pi / 2 or np.linalg.norm(ways[best]) > FASTEST_LENGTH * size * since:
+        return None
+    found = _started(pose, agreed, root, even, likelihood)
+    assert found.state is not None
+    state = pose.set_off(found.state, before, turns / since, ways / since, since)
+    return found._replace(state=state)
+
+
+def _consensus(pose: PoseFilter, root: Root, size: SizeBelief) -> Consensus | None:
+    seen = root.seen
+    return consensus(pose.tokens[seen], root.measured[seen], root.total[seen], size.log_scale, size.deviation)
+
+
+def _likelihoods(fits: Sequence[RigidFit], inflation: Array, size: SizeBelief) -> Array:
+    """Log likelihood of every fit's basin."""
+    free = 7 if size.deviation > 0 else 6
+    volume = [float(np.linalg.slogdet(k * f.covariance[:free, :free])[1]) for k, f in zip(inflation, fits, strict=True)]
+    cost = [f.cost / k for k, f in zip(inflation, fits, strict=True)]
+    return np.asarray(0.5 * (np.array(volume) - np.array(cost)))
+
+
+def _started(pose: PoseFilter, agreed: Consensus, root: Root, inflation: Array, likelihood: Array) -> Located:
+    fits = agreed.fits
     state = pose.start(
         np.array([f.rotation for f in fits]),
         np.array([f.translation for f in fits]),
         np.array([f.log_scale for f in fits]),
-        np.array([f.covariance for f in fits]),
-        np.array(likelihood),
+        np.array([k * f.covariance for k, f in zip(inflation, fits, strict=True)]),
+        likelihood,
     )
-    residual, excess = _residuals(pose, state, measured, covariance, seen)
-    return Located(state, None, count, 0, residual, excess)
+    used = root.seen.copy()
+    used[root.seen] = agreed.used
+    residual, excess = _residuals(pose, state, root, used)
+    return Located(state, None, int(root.seen.sum()), 0, residual, excess, _learnt(state), 0.0)
 
 
-def _log_volume(covariance: Array, learns_scale: bool) -> float:
-    free = 7 if learns_scale else 6
-    return float(np.linalg.slogdet(covariance[:free, :free])[1])
+def _learnt(state: PoseState) -> SizeBelief:
+    """The size that the likeliest hypothesis believes."""
+    h = best_hypothesis(state)
+    mean, covariance = merge(state.mode, state.mean, state.covariance)
+    return SizeBelief(float(state.log_scale[h] + mean[h, SCALE]), float(np.sqrt(covariance[h, SCALE, SCALE])))
+
+
+def _size_of(last: Located, size: SizeBelief) -> SizeBelief:
+    """What a filter that starts goes by: a told size, else the one learnt before."""
+    if size.deviation == 0 or last.size is None:
+        return size
+    return SizeBelief(last.size.log_scale, max(last.size.deviation, LEAST_SIZE_DEVIATION))
 
 
 def best_hypothesis(state: PoseState) -> int:
@@ -179,18 +256,16 @@ def _deviation(state: PoseState) -> float:
     return float(np.sqrt(np.trace(covariance[h, :3, :3])))
 
 
-def _residuals(
-    pose: PoseFilter, state: PoseState, measured: Array, covariance: Array, used: Mask
-) -> tuple[float, tuple[float, int]]:
+def _residuals(pose: PoseFilter, state: PoseState, root: Root, used: Mask) -> tuple[float, tuple[float, int]]:
     """Root mean square residual, and squares beyond what the noise explains with their degrees of freedom."""
     if not used.any():
-        return float("nan"), (0.0, 0)
+        return float("nan"), NO_EXCESS
     h = best_hypothesis(state)
     predicted, jacobian = pose.predict_tokens(state, h)
-    residual = (measured - predicted)[used]
+    residual = (root.measured - predicted)[used]
     _, spread = merge(state.mode, state.mean, state.covariance)
     absorbed = float(np.einsum("nia,ab,nib->", jacobian[used], spread[h], jacobian[used]))
     square = float((residual**2).sum())
-    expected = float(np.trace(covariance[used], axis1=1, axis2=2).sum()) - absorbed
+    expected = float(np.trace(root.covariance[used], axis1=1, axis2=2).sum()) - absorbed
     freedom = 3 * int(used.sum()) - (7 if pose.learns_scale else 6)
     return float(np.sqrt(square / used.sum())), (square - expected, max(freedom, 0))

@@ -103,6 +103,17 @@ class PoseFilter:
         none = np.zeros((count, 2, D))
         return PoseState(rotation, origin, log_scale, none, full, np.tile(share, (count, 1)), log_likelihood)
 
+    def set_off(self, state: PoseState, before: PoseState, spin: Array, velocity: Array, dt: float) -> PoseState:
+        """A state found again after `before` (of one hypothesis), with the velocities (H, 3) that led there."""
+        _, old = merge(before.mode, before.mean, before.covariance)
+        mean, covariance = state.mean.copy(), state.covariance.copy()
+        mean[:, MOVING, SPIN], mean[:, MOVING, VELOCITY] = spin, velocity
+        now = covariance[:, MOVING, :6, :6]
+        covariance[:, MOVING, 6:12, 6:12] += (now + old[:, :6, :6]) / dt**2
+        covariance[:, MOVING, :6, 6:12] += now / dt
+        covariance[:, MOVING, 6:12, :6] += now / dt
+        return state._replace(mean=mean, covariance=covariance)
+
     def predict(self, state: PoseState, dt: float) -> tuple[PoseState, PoseStep]:
         """Mix the models and carry both over `dt` seconds."""
         step = self._step(state.mode, dt)
