@@ -10,13 +10,16 @@ when they do not agree either for `GIVE_UP` frames.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 import numpy as np
 
 from gesturec.runtime.arrays import Array, Mask, seen_rows
+from gesturec.runtime.expectation import Limbs
 from gesturec.runtime.pose import PoseEstimate, SizeBelief
 from gesturec.runtime.pose_filter import (
+    MOVING,
     ORIGIN,
     POSE,
     ROTATION,
@@ -38,6 +41,9 @@ from gesturec.runtime.rotations import exponential, logarithm
 
 UNLIKELY: Final = 12.0  # log likelihood by which a hypothesis must be behind to be dropped
 TOO_UNCERTAIN: Final = 0.5  # rad, deviation of the rotation beyond which a pose is no pose
+WORTH: Final = 0.5  # of the doubt: limbs that leave more than that of it are not asked, so a good pose stays as it is
+SET_OFF: Final = 0.95  # probability, by the limbs, that the root moves: then they are asked all the same
+ENOUGH: Final = 3  # points that determine a pose
 GIVE_UP: Final = 3  # frames in a row in which most root tokens are refused: then the filter starts anew
 LEAST_SIZE_DEVIATION: Final = 0.02  # of log size, when a filter starts anew: it may have learnt from bad frames
 FASTEST: Final = 10.0  # rad/s; a root that turns faster between two frames is not followed but found anew
@@ -55,6 +61,8 @@ class Located(NamedTuple):
     excess: tuple[float, int]  # squares of residuals beyond what noise explains, m^2, and degrees of freedom
     size: SizeBelief | None  # as learnt by the last filter; None before there was one
     since: float  # s since the filter was last fed; 0 where it was in this frame
+    aside: PoseState | None = None  # where limbs stood in: by all of them, then without each of `machines`
+    machines: tuple[int, ...] = ()
 
 
 class Root(NamedTuple):
@@ -70,33 +78,93 @@ NO_EXCESS: Final = (0.0, 0)
 NOWHERE: Final = Located(None, None, 0, 0, float("nan"), NO_EXCESS, None, 0.0)
 
 
-def locate(
-    pose: PoseFilter, last: Located, measured: Array, covariance: Array, shape: float, size: SizeBelief, dt: float
-) -> Located:
-    """Advance by a frame: root tokens (K, 3), their covariance (K, 3, 3), variance for shape m^2 an axis."""
-    root = Root(measured, covariance, covariance + shape * np.eye(3), seen_rows(measured))
+def see_root(measured: Array, covariance: Array, shape: float) -> Root:
+    """Root tokens (K, 3) with their covariance (K, 3, 3), and a variance for shape, m^2 an axis."""
+    return Root(measured, covariance, covariance + shape * np.eye(3), seen_rows(measured))
+
+
+def locate(pose: PoseFilter, last: Located, root: Root, size: SizeBelief, dt: float, limbs: Limbs | None) -> Located:
+    """Advance by a frame; `limbs` may stand in for root tokens where fewer than `ENOUGH` are seen."""
     if last.state is None:
         return _begin(pose, last, root, _size_of(last, size))
     predicted, step = pose.predict(last.state, dt)
     if not root.seen.any():
-        if _deviation(predicted) > TOO_UNCERTAIN:
-            return NOWHERE._replace(size=last.size)
-        return Located(predicted, step, 0, last.refused, float("nan"), NO_EXCESS, last.size, last.since + dt)
-    state, passed = pose.update(predicted, root_shown(pose, root))
+        held = Located(predicted, step, 0, last.refused, float("nan"), NO_EXCESS, last.size, last.since + dt)
+        return _hold(pose, held, limbs)
+    state, passed = pose.update(predicted, _root_shown(pose, root))
     mostly_refused = 2 * passed.sum() < root.seen.sum()
     if mostly_refused and (found := _follow(pose, last, root, last.since + dt)) is not None:
         return found
     refused = last.refused + 1 if mostly_refused else 0
-    if (refused >= GIVE_UP and root.seen.sum() >= 3) or _deviation(state) > TOO_UNCERTAIN:
+    enough = root.seen.sum() >= ENOUGH
+    if enough and (refused >= GIVE_UP or _deviation(state) > TOO_UNCERTAIN):
         return _begin(pose, last, root, _size_of(last, size))
     used = root.seen.copy()
     used[root.seen] = passed
     residual, excess = _residuals(pose, state, root, used)
     since = last.since + dt if mostly_refused else 0.0
-    return Located(state, step, int(root.seen.sum()), refused, residual, excess, _learnt(state), since)
+    found = Located(state, step, int(root.seen.sum()), refused, residual, excess, _learnt(state), since)
+    return found if enough else _hold(pose, found, limbs)
 
 
-def root_shown(pose: PoseFilter, root: Root) -> Shown:
+def _hold(pose: PoseFilter, located: Located, limbs: Limbs | None) -> Located:
+    """A frame whose root hardly shows: by the limbs, if there are any; no pose where it is too uncertain.
+
+    What limbs tell of the pose is used in this frame alone. Their beliefs' errors last, so over several frames they
+    would be counted again and again: the filter goes on from the better mean with the covariance that it had.
+    """
+    if located.state is not None and limbs is not None and located.seen + len(limbs.machine) >= ENOUGH:
+        best = best_hypothesis(located.state)
+        base = select(located.state, best)
+        machines = tuple(int(machine) for machine in np.unique(limbs.machine))
+        aside = _by_limbs(pose, base, limbs, machines)
+        by_all = select(aside, 0)
+        set_off = by_all.mode[0, MOVING] > SET_OFF
+        if not set_off and _doubt(pose, by_all) > WORTH * _doubt(pose, base):
+            return _given_up(located)
+        if _deviation(by_all) > TOO_UNCERTAIN:
+            return NOWHERE._replace(seen=located.seen, size=located.size)
+        known = min(1.0, TOO_UNCERTAIN / max(_deviation(base), 1e-12))
+        better = by_all._replace(covariance=base.covariance * known**2, log_likelihood=base.log_likelihood)
+        return located._replace(state=_replaced(located.state, best, better), aside=aside, machines=machines)
+    return _given_up(located)
+
+
+def _given_up(located: Located) -> Located:
+    """The same, or nowhere if that is too uncertain."""
+    if located.state is None or _deviation(located.state) > TOO_UNCERTAIN:
+        return NOWHERE._replace(seen=located.seen, size=located.size)
+    return located
+
+
+def _doubt(pose: PoseFilter, state: PoseState) -> float:
+    """Deviation of rotation (rad) and origin (sizes) together, of one hypothesis."""
+    _, covariance = merge(state.mode, state.mean, state.covariance)
+    variance = np.diagonal(covariance[0])
+    return float(np.sqrt(variance[ROTATION].sum() + variance[ORIGIN].sum() / pose.size**2))
+
+
+def _replaced(state: PoseState, hypothesis: int, one: PoseState) -> PoseState:
+    """A state with one hypothesis replaced."""
+    arrays = [array.copy() for array in state]
+    for array, row in zip(arrays, one, strict=True):
+        array[hypothesis] = row[0]
+    return PoseState(*arrays)
+
+
+def _by_limbs(pose: PoseFilter, base: PoseState, limbs: Limbs, machines: tuple[int, ...]) -> PoseState:
+    """A pose (one hypothesis) updated by all limbs' tokens, and without those of each machine: (1 + M, ...)."""
+    count, mean = len(limbs.machine), (base.mode[0, :, None] * base.mean[0]).sum(0)
+    turn = np.exp(base.log_scale[0] + mean[SCALE]) * exponential(mean[ROTATION]) @ base.rotation[0]
+    spread = limbs.spread.reshape(count, 3, count, 3)
+    noise = np.einsum("ai,kilj,bj->kalb", turn, spread, turn).reshape(3 * count, 3 * count)
+    used = np.stack([np.ones(count, dtype=bool), *(limbs.machine != machine for machine in machines)])
+    stacked = PoseState(*(np.repeat(array, len(used), axis=0) for array in base))
+    shown = Shown(limbs.tokens, limbs.measured, noise + block_diagonal(limbs.noise), used)
+    return pose.update(stacked, shown)[0]
+
+
+def _root_shown(pose: PoseFilter, root: Root) -> Shown:
     """The root's seen tokens."""
     seen = root.seen
     everything = np.ones(int(seen.sum()), dtype=bool)
@@ -130,11 +198,10 @@ def _follow(pose: PoseFilter, last: Located, root: Root, since: float) -> Locate
     even = np.ones(len(agreed.fits))
     turns = np.array([logarithm(fit.rotation @ before.rotation[0].T) for fit in agreed.fits])
     ways = np.array([fit.translation for fit in agreed.fits]) - before.origin[0]
-    size = pose.size * np.exp(before.log_scale[0])
     expected = FASTEST * since + _deviation(before)
     likelihood = _likelihoods(agreed.fits, even, _learnt(last.state)) - 0.5 * ((turns / expected) ** 2).sum(1)
     best = int(likelihood.argmax())
-    if np.linalg.norm(turns[best]) > np.pi / 2 or np.linalg.norm(ways[best]) > FASTEST_LENGTH * size * since:
+    if np.linalg.norm(turns[best]) > np.pi / 2 or np.linalg.norm(ways[best]) > FASTEST_LENGTH * pose.size * since:
         return None
     found = _started(pose, agreed, root, even, likelihood)
     assert found.state is not None
@@ -205,7 +272,8 @@ def keep_hypothesis(located: Located, hypothesis: int) -> Located:
     one = slice(hypothesis, hypothesis + 1)
     step = located.step
     step = None if step is None else step._replace(joint=step.joint[one], predicted=step.predicted[one])
-    return located._replace(state=select(located.state, hypothesis), step=step)
+    # what limbs told was of the hypothesis that was best then, which may not be this one
+    return located._replace(state=select(located.state, hypothesis), step=step, aside=None, machines=())
 
 
 def look_back(window: Sequence[Located]) -> list[PoseEstimate | None]:
@@ -216,13 +284,31 @@ def look_back(window: Sequence[Located]) -> list[PoseEstimate | None]:
     for located in reversed(window):
         state = located.state
         if state is not None:
-            located = keep_hypothesis(located, best_hypothesis(_guide(later, step, state)))
-            state = located.state
+            chosen = best_hypothesis(_guide(later, step, state))
+            located, state = keep_hypothesis(located, chosen), select(state, chosen)
+        aside = located.aside
         if state is not None and later is not None and step is not None:
             state = smooth_step(state, later, step)
-        poses.append(None if state is None else _estimate(state, located))
+            aside = None if aside is None else _smooth_aside(aside, later, step)
+        poses.append(None if state is None else _estimates(state, aside, located))
         later, step = state, located.step
     return poses[::-1]
+
+
+def _smooth_aside(aside: PoseState, later: PoseState, step: PoseStep) -> PoseState:
+    """All poses of a frame by limbs in the light of the next frame's one."""
+    count = len(aside.mode)
+    later = PoseState(*(np.repeat(array, count, axis=0) for array in later))
+    step = step._replace(joint=np.repeat(step.joint, count, axis=0), predicted=np.repeat(step.predicted, count, axis=0))
+    return smooth_step(aside, later, step)
+
+
+def _estimates(state: PoseState, aside: PoseState | None, located: Located) -> PoseEstimate:
+    """The pose, and where limbs stood in for the root, as each machine may use it."""
+    if aside is None:
+        return _estimate(state, located)
+    first, *others = (_estimate(select(aside, row), located) for row in range(len(aside.mode)))
+    return replace(first, without=dict(zip(located.machines, others, strict=True)))
 
 
 def _guide(later: PoseState | None, step: PoseStep | None, state: PoseState) -> PoseState:
@@ -235,7 +321,7 @@ def _estimate(state: PoseState, located: Located) -> PoseEstimate:
     """One pose with the moments of the likeliest hypothesis' two models."""
     mean, covariance = merge(state.mode, state.mean, state.covariance)
     h = best_hypothesis(state)
-    status = "ok" if located.seen >= 3 else "pose-held"
+    status = "ok" if located.seen >= ENOUGH else "pose-held"
     return PoseEstimate(
         exponential(mean[h, ROTATION]) @ state.rotation[h],
         state.origin[h] + mean[h, ORIGIN],

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from gesturec.runtime.body import Body
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import ROOT_FRAME, Evidence, gather_evidence
+from gesturec.runtime.expectation import Believed
 from gesturec.runtime.frame import Moment
 from gesturec.runtime.hanging import hold_of, spread_by
+from gesturec.runtime.locate import look_back
 from gesturec.runtime.pose import PoseEstimate
 from gesturec.runtime.relations import relate
 from gesturec.runtime.semiring import Floats
@@ -32,6 +34,7 @@ class Decoder(Protocol):
 
     def start(self) -> Any: ...
     def likelihood(self, evidence: Evidence) -> Floats | None: ...
+    def expect(self, carried: Any, dt: float) -> Believed: ...
     def settle(self, carried: Any, window: Sequence[Sight]) -> tuple[Any, Decision]: ...
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]: ...
 
@@ -60,7 +63,7 @@ def sight_of(body: Body, decoders: Sequence[Decoder], machine: int, shown: Shown
     tables, moment = body.machines[machine], shown.moment
     evidence = None
     if shown.pose is not None:
-        evidence = _evidence_of(body, machine, moment, shown.pose, decided)
+        evidence = _evidence_of(body, machine, moment, shown.pose.unaware_of(machine), decided)
     likelihood = None if evidence is None else decoders[machine].likelihood(evidence)
     sight = Sight(moment.dt, evidence, likelihood)
     if shown.is_final and tables.parent == 0:
@@ -82,6 +85,19 @@ def _evidence_of(body: Body, machine: int, moment: Moment, pose: PoseEstimate, d
         return None
     spread = spread_by(body.chain, route, hold, evidence.position)
     return replace(evidence, covariance=evidence.covariance + spread)
+
+
+def run_ahead(body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], shown: Shown) -> list[Any]:
+    """What decoders of limbs that hang from the root carry on from a frame, before later ones are known."""
+    pose = shown.pose if shown.pose is not None else look_back([shown.moment.located])[0]
+    live = Shown(shown.moment, pose, shown.sights if shown.is_final else {}, shown.is_final)
+    nothing = Decided(body.middle, np.full(len(decoders), -1, dtype=np.int64))
+    after = list(carried)
+    for machine, decoder in enumerate(decoders):
+        if body.routes[machine] is None:
+            sight = sight_of(body, decoders, machine, live, nothing)
+            after[machine], _ = decoder.settle(carried[machine], [sight])
+    return after
 
 
 def settle_first(

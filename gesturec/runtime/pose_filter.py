@@ -83,12 +83,13 @@ class PoseFilter:
 
     tokens: Array
     learns_scale: bool
+    told: float = 1.0  # size of the body over the model's, as far as it was told
     parameters: PoseParameters = field(default_factory=PoseParameters)
 
     @property
     def size(self) -> float:
-        """Root mean square radius of the root's tokens, m."""
-        return float(np.sqrt(((self.tokens - self.tokens.mean(0)) ** 2).sum(1).mean()))
+        """Root mean square radius of the root's tokens, m, in the world."""
+        return self.told * float(np.sqrt(((self.tokens - self.tokens.mean(0)) ** 2).sum(1).mean()))
 
     def start(
         self, rotation: Array, origin: Array, log_scale: Array, covariance: Array, log_likelihood: Array
@@ -164,7 +165,7 @@ class PoseFilter:
 
     def _anywhere(self, state: PoseState) -> Array:
         """Log density of a token that has nothing to do with the body, (H, 1): in proportion to the body's size."""
-        return np.asarray(np.log(OUTLIER) - 3 * (np.log(AROUND * self.size) + state.log_scale[:, None]))
+        return np.asarray(np.log(OUTLIER) - 3 * (np.log(AROUND * self.size / self.told) + state.log_scale[:, None]))
 
     def predict_tokens(self, state: PoseState, h: int) -> tuple[Array, Array]:
         """Where hypothesis `h` expects the tokens (K, 3), and the Jacobian (K, 3, D) of that."""

@@ -23,6 +23,7 @@ from gesturec.runtime.chi_square import chi_square_quantile
 from gesturec.runtime.curve_chain import CurveChain
 from gesturec.runtime.decision import Decision, credible_set, most_probable
 from gesturec.runtime.emission import Evidence, emit, personal_variance
+from gesturec.runtime.expectation import Believed
 from gesturec.runtime.likelihood import cell_likelihood
 from gesturec.runtime.semiring import Floats
 from gesturec.runtime.sight import Sight
@@ -62,6 +63,12 @@ class WindowDecoder:
         square, _ = self._misfit(evidence)
         in_doubt = square > chi_square_quantile(DOUBT_PROBABILITY, 3 * len(evidence.position))
         return cell_likelihood(self.chain.lattice, evidence, in_doubt)
+
+    def expect(self, carried: Carried, dt: float) -> Believed:
+        """What a frame `dt` seconds on is expected to show."""
+        chain, lattice = self.chain, self.chain.lattice
+        belief = self._begin() if carried.belief is None else chain.forward(carried.belief, dt)
+        return Believed(np.asarray(chain.cells(belief)).ravel(), lattice.mean, lattice.covariance)
 
     def advance(self, carried: Carried, sight: Sight) -> Belief:
         """Belief at the next frame, from it and all before."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gesturec.artifact.artifact import Artifact
+from gesturec.runtime.locate import look_back
 from gesturec.runtime.rigid import all_fits, consensus, mirrored
 from gesturec.runtime.rotations import exponential, logarithm
 from gesturec.runtime.session import Session
@@ -121,3 +122,42 @@ def test_the_mirror_image_of_every_fit_leads_to_a_fit() -> None:
         near.append(min(float(np.linalg.norm(logarithm(fit.rotation @ turn.T))) for fit in fits))
     # one frame at 10 px knows a tilt to some 15 degrees; three of those
     assert np.mean(np.array(near) < np.radians(45)) > 0.9
+
+
+# the origin is 0.18 m from the tips, and the index and the thumb bend meanwhile: 10 degrees of doubt are 0.03 m;
+# `nearest` takes all states that can be reached for equal. Without limbs the hand is lost by 0.17 m.
+@pytest.mark.parametrize(("way", "bound"), [({}, 0.03), ({"decoder": "nearest"}, 0.07)], ids=["forward", "nearest"])
+def test_limbs_stand_in_for_a_hidden_root(hand: Artifact, still: Any, way: dict[str, str], bound: float) -> None:
+    way_gone = 0.3 * np.clip(still.time - still.time[15], 0, 0.6)
+    still.points[..., 1] += way_gone[:, None]
+    still.origin[:, 1] += way_gone
+    still.points[16:30, list(ROOT_ROWS)] = np.nan
+    steps = stepped(hand, still, **way)
+    away = off(steps, still)
+    assert {step.status for step in steps[16:30]} == {"pose-held"}
+    assert (away[16:30] < bound).all()
+    assert (away[30 + BACK :] < NEAR).all()
+    assert steps[25].states["ring"] == steps[10].states["ring"]
+
+
+def test_limbs_are_not_asked_where_the_root_is_known_well(hand: Artifact, still: Any) -> None:
+    still.points[16:20, 6:8] = np.nan
+    session = Session(hand, rate=25, names=still.names, noise=NOISE, lag=0.08)
+    for points, time in zip(still.points[:18], still.time[:18], strict=True):
+        session.step(points, time)
+    located = session._memory.located
+    assert located.seen == 2
+    assert located.aside is None
+
+
+def test_a_machine_sees_a_pose_that_its_own_tokens_did_not_tell(hand: Artifact, still: Any) -> None:
+    still.points[16:, list(ROOT_ROWS)] = np.nan
+    still.points[16:] += [0.0, 0.05, 0.0]
+    session = Session(hand, rate=25, names=still.names, noise=NOISE, lag=0.08)
+    for points, time in zip(still.points[:22], still.time[:22], strict=True):
+        session.step(points, time)
+    (pose,) = look_back([session._memory.located])
+    assert pose is not None
+    index = hand.manifest.machines.index("index")
+    assert pose.unaware_of(index) is not pose
+    assert np.trace(pose.unaware_of(index).covariance[:6, :6]) > np.trace(pose.covariance[:6, :6])
