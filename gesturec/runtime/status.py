@@ -26,7 +26,7 @@ STATUSES: Final = (
     Status("partly-misfit", "tokens of some machine, not of most, fit no state of it; the others are as they say"),
     Status("misfit", "a machine's tokens fit no state; of a frame, most machines': another body or hand, wrong points"),
     Status("lost", "some machine was not supported for longer than `patience`: every state is possible again"),
-    Status("pose-held", "fewer than three root tokens: the last pose is carried on"),
+    Status("pose-held", "fewer than three root tokens: the pose is carried on, or found by where limbs are believed"),
     Status("pose-unknown", "no pose: too few root tokens, or too far apart in time"),
     Status("no-tokens", "nothing that the model knows was seen in this frame"),
     Status("time-refused", "the frame's time was repeated, earlier or no number; the frame changed nothing"),
