@@ -137,7 +137,8 @@ def test_limbs_stand_in_for_a_hidden_root(hand: Artifact, still: Any, way: dict[
     assert {step.status for step in steps[16:30]} == {"pose-held"}
     assert (away[16:30] < bound).all()
     assert (away[30 + BACK :] < NEAR).all()
-    assert steps[25].states["ring"] == steps[10].states["ring"]
+    if not way:  # `nearest` has no probabilities that would carry a straight finger through its doubt
+        assert steps[25].states["ring"] == steps[10].states["ring"]
 
 
 def test_limbs_are_not_asked_where_the_root_is_known_well(hand: Artifact, still: Any) -> None:
