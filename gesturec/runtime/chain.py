@@ -81,6 +81,12 @@ class Chain(ABC):
             return self.start()
         return belief * np.float32(1 / total)
 
+    def cells(self, belief: Floats) -> Floats:
+        """Belief in each cell, (n_cell,), of one row of entries."""
+        total = np.zeros(len(self.lattice.state), np.float32)
+        (np.add if self.ring.sums else np.maximum).at(total, self.cell, belief)
+        return total
+
     def states(self, belief: Floats) -> Array:
         """Belief in each state, (n_state,), of one row of entries; sums to 1."""
         sorted_mass = belief[self._order].astype(np.float64)

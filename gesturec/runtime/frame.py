@@ -6,6 +6,7 @@ In: measured tokens and what the frame before left. Out: a `Moment`, the frame a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,13 +14,16 @@ import numpy as np
 from gesturec.runtime.arrays import seen_rows
 from gesturec.runtime.body import Body
 from gesturec.runtime.emission import Points
-from gesturec.runtime.locate import NOWHERE, Located, locate
+from gesturec.runtime.expectation import Limbs
+from gesturec.runtime.locate import ENOUGH, NOWHERE, Located, locate, see_root
 from gesturec.runtime.noise import Noise, learn_noise, learn_shape
 from gesturec.runtime.pose import PoseEstimate, SizeBelief
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.rigid import fit_rigid
 from gesturec.runtime.tracker import Track
 from gesturec.runtime.tracking import TokenFilter
+
+Expect = Callable[[Points, float, float], Limbs | None]  # points, shape variance m^2, s since the frame before
 
 
 class Memory(NamedTuple):
@@ -52,15 +56,24 @@ def take(
     points: Points,
     frame: int,
     time: float,
+    expect: Expect,
 ) -> tuple[Memory, Moment]:
-    """Advance by a frame whose points' covariance is NaN where it was not given."""
+    """Advance by a frame whose points' covariance is NaN where it was not given.
+
+    `expect` tells where the limbs' tokens are expected; it is asked only where the root hardly shows.
+    """
     dt = time - memory.time if math.isfinite(memory.time) else 0.0
     noise = learn_noise(memory.noise, points.measured, dt)
     points = points._replace(covariance=noise.of_tokens(body.own_noise, points.covariance))
     track = tracker.step(memory.track, points.measured, dt, points.covariance)
     root = body.root_tokens
-    located = locate(pose, memory.located, points.measured[root], points.covariance[root], noise.shape_square, size, dt)
-    noise = learn_shape(noise, *located.excess)
+    limbs = None
+    if memory.located.state is not None and seen_rows(points.measured[root]).sum() < ENOUGH:
+        limbs = expect(points, noise.shape_square, dt)
+    scale = math.exp(size.log_scale if memory.located.size is None else memory.located.size.log_scale)
+    shown = see_root(points.measured[root], points.covariance[root], noise.shape_square * scale**2)
+    located = locate(pose, memory.located, shown, size, dt, limbs)
+    noise = learn_shape(noise, located.excess[0] / scale**2, located.excess[1])
     return Memory(time, track, noise, located), Moment(frame, time, dt, points, track, noise.shape_square, located)
 
 

@@ -19,9 +19,11 @@ from gesturec.runtime.body import Body
 from gesturec.runtime.coupling import LEAST_ALONE, alone_weights, relation_messages, share_of
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import ROOT_FRAME, Evidence, gather_evidence
+from gesturec.runtime.expectation import Believed
 from gesturec.runtime.frame import Moment
 from gesturec.runtime.hanging import hold_of, spread_by
 from gesturec.runtime.likelihood import Fit
+from gesturec.runtime.locate import look_back
 from gesturec.runtime.pose import PoseEstimate, is_same_pose
 from gesturec.runtime.reach import steps_in
 from gesturec.runtime.relations import obey, relate
@@ -41,6 +43,7 @@ class Decoder(Protocol):
     def ring(self) -> Semiring: ...
     def start(self) -> Any: ...
     def likelihood(self, evidence: Evidence) -> Fit | None: ...
+    def expect(self, carried: Any, dt: float) -> Believed: ...
     def settle(self, carried: Any, window: Sequence[Sight]) -> tuple[Any, Decision]: ...
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]: ...
     def believed(self, carried: Any) -> tuple[Array, float] | None: ...
@@ -90,7 +93,7 @@ def sight_of(body: Body, decoders: Sequence[Decoder], machine: int, shown: Shown
     kept = shown.sights.get(machine)
     if kept is not None and tables.parent == 0 and is_same_pose(kept[0], pose):
         return kept[1]
-    evidence = None if pose is None else _evidence_of(body, machine, moment, pose, decided)
+    evidence = None if pose is None else _evidence_of(body, machine, moment, pose.unaware_of(machine), decided)
     fit = None if evidence is None else decoders[machine].likelihood(evidence)
     likelihood, misfit = (None, math.nan) if fit is None else fit
     sight = Sight(moment.dt, evidence, likelihood, misfit, may_move(body, machine, pose))
@@ -119,6 +122,19 @@ def _evidence_of(body: Body, machine: int, moment: Moment, pose: PoseEstimate, d
         return None
     spread = spread_by(body.chain, route, hold, evidence.position)
     return replace(evidence, covariance=evidence.covariance + spread)
+
+
+def run_ahead(body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], shown: Shown) -> list[Any]:
+    """What decoders of limbs that hang from the root carry on from a frame, before later ones are known."""
+    pose = shown.pose if shown.pose is not None else look_back([shown.moment.located])[0]
+    live = Shown(shown.moment, pose, shown.sights)
+    nothing = Decided(body.middle, np.full(len(decoders), -1, dtype=np.int64))
+    after = list(carried)
+    for machine, decoder in enumerate(decoders):
+        if body.routes[machine] is None:
+            sight = sight_of(body, decoders, machine, live, nothing)
+            after[machine], _ = decoder.settle(carried[machine], [sight])
+    return after
 
 
 def settle_first(

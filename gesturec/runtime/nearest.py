@@ -24,6 +24,7 @@ from gesturec.runtime.chi_square import chi_square_quantile
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.dwell import Ages, Row
 from gesturec.runtime.emission import Evidence, emit, personal_variance
+from gesturec.runtime.expectation import Believed
 from gesturec.runtime.reach import Graph, Mask, reach, spread
 from gesturec.runtime.semiring import MAX_PRODUCT, Semiring
 from gesturec.runtime.sight import Sight
@@ -83,6 +84,11 @@ class Nearest:
     def hear(self, carried: Carried, others: Array | None, may_move: float) -> Carried:
         """Nothing is heard; see `believed`."""
         return carried
+
+    def expect(self, carried: Carried, dt: float) -> Believed:
+        """What a frame `dt` seconds on is expected to show: any state that can be reached."""
+        tables, allowed = self.tables, reach(self.graph, carried.allowed, dt) if dt > 0 else carried.allowed
+        return Believed(allowed.astype(float), tables.mean.reshape(len(allowed), -1), tables.covariance)
 
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
         """Decide all frames of a take, one after the other."""

@@ -33,7 +33,7 @@ class Noise:
     given: float | None
     covariance: Array  # (3, 3) m^2, of one point, world axes
     weight: float
-    shape_mean: float  # m^2 an axis, of root tokens; noise may bring it below 0
+    shape_mean: float  # m^2 an axis at the model's size, of root tokens; noise may bring it below 0
     shape_weight: float
     last: Array  # (2, n_token, 3): the two frames before
     last_dt: float

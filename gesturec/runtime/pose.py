@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -28,6 +29,11 @@ class PoseEstimate:
     velocity: Array  # (3,) m/s, of the origin, world axes; NaN where not filtered
     spin: Array  # (3,) rad/s, world axes
     still: float  # probability that the root does not move
+    without: Mapping[int, PoseEstimate] = field(default_factory=dict)  # by machine: see `unaware_of`
+
+    def unaware_of(self, machine: int) -> PoseEstimate:
+        """The pose as it is known without a machine's own tokens; they must not be weighed by what they told."""
+        return self.without.get(machine, self)
 
     def to_world(self, point: Array) -> Array:
         """A point (3,) of the intrinsic frame, at the model's size, in the world."""

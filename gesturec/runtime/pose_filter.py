@@ -24,7 +24,9 @@ D: Final = 13
 ROTATION, ORIGIN, SPIN, VELOCITY, SCALE = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12), 12
 POSE: Final = np.array([0, 1, 2, 3, 4, 5, 12])  # the part that has been measured when a filter starts
 GATE: Final = 16.27  # chi-square, three degrees, 0.999: a token beyond it does not move the pose
-REFUSED: Final = 6.0  # log-likelihood charge of a token beyond the gate, above the gate's own
+OUTLIER: Final = 0.02  # share of measurements that have nothing to do with their token,
+AROUND: Final = 10.0  # which lie in a cube of that many body sizes: a token beyond the gate weighs as one of them
+LOG_2PI: Final = float(np.log(2 * np.pi))
 ITERATIONS: Final = 2
 STILL, MOVING = 0, 1
 
@@ -56,6 +58,15 @@ class PoseState(NamedTuple):
     log_likelihood: Array  # (H,)
 
 
+class Shown(NamedTuple):
+    """What one frame shows of K points of the body; for each hypothesis alike, or with a leading axis H."""
+
+    tokens: Array  # (K, 3) in the intrinsic frame at the model's size, m
+    measured: Array  # (K, 3) m, world; finite
+    noise: Array  # (..., 3 K, 3 K) m^2, of all coordinates together
+    seen: Mask  # (..., K) those to use
+
+
 class PoseStep(NamedTuple):
     """One prediction, as the smoother needs it."""
 
@@ -72,12 +83,13 @@ class PoseFilter:
 
     tokens: Array
     learns_scale: bool
+    told: float = 1.0  # size of the body over the model's, as far as it was told
     parameters: PoseParameters = field(default_factory=PoseParameters)
 
     @property
     def size(self) -> float:
-        """Root mean square radius of the root's tokens, m."""
-        return float(np.sqrt(((self.tokens - self.tokens.mean(0)) ** 2).sum(1).mean()))
+        """Root mean square radius of the root's tokens, m, in the world."""
+        return self.told * float(np.sqrt(((self.tokens - self.tokens.mean(0)) ** 2).sum(1).mean()))
 
     def start(
         self, rotation: Array, origin: Array, log_scale: Array, covariance: Array, log_likelihood: Array
@@ -92,89 +104,85 @@ class PoseFilter:
         none = np.zeros((count, 2, D))
         return PoseState(rotation, origin, log_scale, none, full, np.tile(share, (count, 1)), log_likelihood)
 
+    def set_off(self, state: PoseState, before: PoseState, spin: Array, velocity: Array, dt: float) -> PoseState:
+        """A state found again after `before` (of one hypothesis), with the velocities (H, 3) that led there."""
+        _, old = merge(before.mode, before.mean, before.covariance)
+        mean, covariance = state.mean.copy(), state.covariance.copy()
+        mean[:, MOVING, SPIN], mean[:, MOVING, VELOCITY] = spin, velocity
+        now = covariance[:, MOVING, :6, :6]
+        covariance[:, MOVING, 6:12, 6:12] += (now + old[:, :6, :6]) / dt**2
+        covariance[:, MOVING, :6, 6:12] += now / dt
+        covariance[:, MOVING, 6:12, :6] += now / dt
+        return state._replace(mean=mean, covariance=covariance)
+
     def predict(self, state: PoseState, dt: float) -> tuple[PoseState, PoseStep]:
         """Mix the models and carry both over `dt` seconds."""
         step = self._step(state.mode, dt)
-        means, covariances = [], []
-        for to in (STILL, MOVING):
-            weight = step.joint[:, :, to] / step.predicted[:, to, None]
-            first = self._entering(state, to)
-            mean, covariance = merge(weight, first[0], first[1])
-            means.append(mean @ step.transition[to].T)
-            covariances.append(step.transition[to] @ covariance @ step.transition[to].T + step.noise[to])
-        predicted = state._replace(mean=np.stack(means, 1), covariance=np.stack(covariances, 1), mode=step.predicted)
-        return predicted, step
+        entering = np.repeat(state.covariance[:, :, None], 2, axis=2)  # (H, from, to, D, D)
+        entering[:, STILL, MOVING] += step.fresh  # the still model's transition drops the velocity again
+        weight = step.joint / step.predicted[:, None]
+        centre = np.einsum("hij,hid->hjd", weight, state.mean)
+        apart = state.mean[:, :, None] - centre[:, None]
+        spread = entering + apart[..., :, None] * apart[..., None, :]
+        covariance = np.einsum("hij,hijab->hjab", weight, spread)
+        mean = _times(step.transition, centre)
+        covariance = step.transition @ covariance @ np.swapaxes(step.transition, -1, -2) + step.noise
+        return state._replace(mean=mean, covariance=covariance, mode=step.predicted), step
 
-    def update(self, state: PoseState, measured: Array, covariance: Array, seen: Mask) -> tuple[PoseState, Mask]:
-        """Use tokens measured at (K, 3) with covariance (K, 3, 3); also which passed the gate, (K,)."""
-        count = len(state.mode)
-        mean, spread = np.empty_like(state.mean), np.empty_like(state.covariance)
-        log_likelihood = np.empty((count, 2))
-        passed = np.zeros((count, 2, len(seen)), dtype=bool)
-        for h in range(count):
-            for m in (STILL, MOVING):
-                mean[h, m], spread[h, m], log_likelihood[h, m], passed[h, m] = self._update_one(
-                    state, h, m, measured, covariance, seen
-                )
-        top = log_likelihood.max(1, keepdims=True)
-        joint = state.mode * np.exp(log_likelihood - top)
-        total = joint.sum(1, keepdims=True)
-        mode = np.clip(joint / total, 1e-9, 1)
-        mode /= mode.sum(1, keepdims=True)
-        likelihood = state.log_likelihood + top[:, 0] + np.log(total[:, 0])
-        updated = state._replace(mean=mean, covariance=spread, mode=mode, log_likelihood=likelihood)
-        best = int(likelihood.argmax())
-        return anchor(updated), passed[best, int(mode[best].argmax())]
+    def update(self, state: PoseState, shown: Shown) -> tuple[PoseState, Mask]:
+        """Use what a frame shows, for all hypotheses and both models at once; also which tokens passed, (K,).
 
-    def _update_one(
-        self, state: PoseState, h: int, m: int, measured: Array, covariance: Array, seen: Mask
-    ) -> tuple[Array, Array, float, Mask]:
-        """Iterated extended Kalman update of one hypothesis and model, with the gate of the first iteration."""
-        before, spread = state.mean[h, m], state.covariance[h, m]
-        mean, ok, log_likelihood = before, seen, 0.0
+        Iterated extended Kalman update; the gate is that of the first iteration.
+        """
+        mean, spread = state.mean, state.covariance
+        predicted, jacobian = self._observe(state, mean, shown.tokens)
+        residual = shown.measured - predicted
+        ok = shown.seen[..., None, :] & (_squares(residual, jacobian, spread, shown) < GATE)
+        used = np.repeat(ok, 3, axis=-1)
+        noise = np.where(used[..., :, None] & used[..., None, :], shown.noise[..., None, :, :], np.eye(used.shape[-1]))
+        log_likelihood = np.zeros(mean.shape[:2])
         for iteration in range(ITERATIONS):
-            predicted, jacobian = self._observe(state, h, mean)
-            residual = measured - predicted
+            if iteration:
+                predicted, jacobian = self._observe(state, mean, shown.tokens)
+                residual = shown.measured - predicted
+            rows = np.where(used[..., None], jacobian.reshape(*used.shape, D), 0.0)
+            crossed = rows @ spread
+            total = crossed @ np.swapaxes(rows, -1, -2) + noise
+            flat = np.where(used, residual.reshape(used.shape), 0.0)
+            innovation = flat + _times(rows, mean - state.mean)
+            solved = np.linalg.solve(total, np.concatenate([crossed, innovation[..., None]], -1))
+            gain, white = np.swapaxes(solved[..., :-1], -1, -2), solved[..., -1]
             if iteration == 0:
-                ok = seen & (
-                    _squares(residual, jacobian @ spread @ np.swapaxes(jacobian, 1, 2) + covariance, seen) < GATE
-                )
-            rows = jacobian[ok].reshape(-1, D)
-            noise = _block_diagonal(covariance[ok])
-            total = rows @ spread @ rows.T + noise
-            innovation = residual[ok].ravel() + rows @ (mean - before)
-            gain = np.linalg.solve(total, rows @ spread).T
-            if iteration == 0:
-                log_likelihood = -0.5 * (
-                    float(innovation @ np.linalg.solve(total, innovation)) + np.linalg.slogdet(total)[1]
-                )
-            mean = before + gain @ innovation
-        log_likelihood -= 0.5 * float((seen & ~ok).sum()) * (GATE + REFUSED)
+                square = (innovation * white).sum(-1) + np.linalg.slogdet(total)[1] + LOG_2PI * used.sum(-1)
+                log_likelihood = -0.5 * square + self._anywhere(state) * (shown.seen[..., None, :] & ~ok).sum(-1)
+            mean = state.mean + _times(gain, innovation)
         rest = np.eye(D) - gain @ rows
-        spread = rest @ spread @ rest.T + gain @ noise @ gain.T
-        return mean, (spread + spread.T) / 2, log_likelihood, ok
+        spread = rest @ spread @ np.swapaxes(rest, -1, -2) + gain @ noise @ np.swapaxes(gain, -1, -2)
+        spread = (spread + np.swapaxes(spread, -1, -2)) / 2
+        updated = _weigh(state._replace(mean=mean, covariance=spread), log_likelihood)
+        best = int(updated.log_likelihood.argmax())
+        return anchor(updated), ok[best, int(updated.mode[best].argmax())]
+
+    def _anywhere(self, state: PoseState) -> Array:
+        """Log density of a token that has nothing to do with the body, (H, 1): in proportion to the body's size."""
+        return np.asarray(np.log(OUTLIER) - 3 * (np.log(AROUND * self.size / self.told) + state.log_scale[:, None]))
 
     def predict_tokens(self, state: PoseState, h: int) -> tuple[Array, Array]:
         """Where hypothesis `h` expects the tokens (K, 3), and the Jacobian (K, 3, D) of that."""
-        return self._observe(state, h, (state.mode[h, :, None] * state.mean[h]).sum(0))
+        one = select(state, h)
+        predicted, jacobian = self._observe(one, (one.mode[..., None] * one.mean).sum(1, keepdims=True), self.tokens)
+        return predicted[0, 0], jacobian[0, 0]
 
-    def _observe(self, state: PoseState, h: int, mean: Array) -> tuple[Array, Array]:
-        """Predicted tokens (K, 3) and their Jacobian (K, 3, D) at a point of the tangent space."""
-        rotation = exponential(mean[ROTATION]) @ state.rotation[h]
-        arm = np.exp(state.log_scale[h] + mean[SCALE]) * self.tokens @ rotation.T
-        jacobian = np.zeros((len(arm), 3, D))
+    def _observe(self, state: PoseState, mean: Array, tokens: Array) -> tuple[Array, Array]:
+        """Predicted tokens (H, n, K, 3) and their Jacobian (H, n, K, 3, D) at points (H, n, D) of the tangent space."""
+        rotation = exponential(mean[..., ROTATION]) @ state.rotation[:, None]
+        size = np.exp(state.log_scale[:, None] + mean[..., SCALE])
+        arm = size[..., None, None] * (tokens @ np.swapaxes(rotation, -1, -2))
+        jacobian = np.zeros((*arm.shape, D))
         jacobian[..., ROTATION], jacobian[..., ORIGIN] = -skew(arm), np.eye(3)
         if self.learns_scale:
             jacobian[..., SCALE] = arm
-        return arm + state.origin[h] + mean[ORIGIN], jacobian
-
-    def _entering(self, state: PoseState, to: int) -> tuple[Array, Array]:
-        """Means (H, 2, D) and covariances of both on entering model `to`: moving begins with a fresh velocity."""
-        if to == MOVING:
-            covariance = state.covariance.copy()
-            covariance[:, STILL] += self._fresh()
-            return state.mean, covariance
-        return state.mean, state.covariance  # the still model's transition drops the velocity
+        return arm + (state.origin[:, None] + mean[..., ORIGIN])[..., None, :], jacobian
 
     def _fresh(self) -> Array:
         p = self.parameters
@@ -223,13 +231,31 @@ def select(state: PoseState, hypothesis: int) -> PoseState:
     return PoseState(*(array[hypothesis : hypothesis + 1] for array in state))
 
 
-def _squares(residual: Array, covariance: Array, seen: Mask) -> Array:
-    """Squared Mahalanobis length of each token's innovation; 0 where unseen."""
-    r = np.where(seen[:, None], residual, 0.0)
-    return np.asarray((r * np.linalg.solve(covariance, r[..., None])[..., 0]).sum(1))
+def _weigh(state: PoseState, log_likelihood: Array) -> PoseState:
+    """Weigh the models (H, 2) of every hypothesis by what a frame says of them."""
+    top = log_likelihood.max(1, keepdims=True)
+    joint = state.mode * np.exp(log_likelihood - top)
+    total = joint.sum(1, keepdims=True)
+    mode = np.clip(joint / total, 1e-9, 1)
+    likelihood = state.log_likelihood + top[:, 0] + np.log(total[:, 0])
+    return state._replace(mode=mode / mode.sum(1, keepdims=True), log_likelihood=likelihood)
 
 
-def _block_diagonal(blocks: Array) -> Array:
+def _squares(residual: Array, jacobian: Array, spread: Array, shown: Shown) -> Array:
+    """Squared Mahalanobis length of each token's innovation, (H, 2, K)."""
+    count = residual.shape[-2]
+    blocks = shown.noise.reshape(*shown.noise.shape[:-2], count, 3, count, 3)
+    own = np.moveaxis(np.diagonal(blocks, axis1=-4, axis2=-2), -1, -3)[..., None, :, :, :]
+    total = jacobian @ spread[..., None, :, :] @ np.swapaxes(jacobian, -1, -2) + own
+    return np.asarray((residual * np.linalg.solve(total, residual[..., None])[..., 0]).sum(-1))
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """Matrices (..., n, m) times vectors (..., m)."""
+    return np.asarray((matrix @ vector[..., None])[..., 0])
+
+
+def block_diagonal(blocks: Array) -> Array:
     """(n, 3, 3) → (3 n, 3 n)."""
     count = len(blocks)
     matrix = np.zeros((count, 3, count, 3))

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.runtime.pose_filter import MOVING, ORIGIN, ROTATION, SCALE, STILL, D, PoseState, PoseStep, merge
+from gesturec.runtime.pose_filter import MOVING, ORIGIN, ROTATION, SCALE, STILL, D, PoseState, PoseStep
 from gesturec.runtime.rotations import exponential, logarithm
 
 Array = NDArray[np.float64]
@@ -28,24 +28,25 @@ def smooth_step(state: PoseState, later: PoseState, step: PoseStep) -> PoseState
     target[..., SCALE] += (later.log_scale - state.log_scale)[:, None]
     weight = later.mode[:, None] * step.joint / step.predicted[:, None]  # (H, from, to)
     mode = np.clip(weight.sum(2), 1e-9, 1)
-    mean, covariance = np.empty_like(state.mean), np.empty_like(state.covariance)
-    for i in (STILL, MOVING):
-        pairs = [_pair(state, later, step, target, i, j) for j in (STILL, MOVING)]
-        means, spreads = np.stack([p[0] for p in pairs], 1), np.stack([p[1] for p in pairs], 1)
-        mean[:, i], covariance[:, i] = merge(weight[:, i] / mode[:, i, None], means, spreads)
+    means, spreads = _pairs(state, later, step, target)
+    share = weight / mode[:, :, None]
+    mean = np.einsum("hij,hijd->hid", share, means)
+    apart = means - mean[:, :, None]
+    covariance = np.einsum("hij,hijab->hiab", share, spreads + apart[..., :, None] * apart[..., None, :])
     covariance = floor_covariance(covariance)
     return state._replace(mean=mean, covariance=covariance, mode=mode / mode.sum(1, keepdims=True))
 
 
-def _pair(state: PoseState, later: PoseState, step: PoseStep, target: Array, i: int, j: int) -> tuple[Array, Array]:
-    """One Rauch-Tung-Striebel step from model i to model j."""
-    transition, now = step.transition[j], state.covariance[:, i]
-    begun = now + step.fresh if (i, j) == (STILL, MOVING) else now
-    ahead = transition @ begun @ transition.T + step.noise[j] + JITTER * np.eye(D)
-    gain = np.swapaxes(np.linalg.solve(ahead, transition @ np.swapaxes(now, 1, 2)), 1, 2)
-    apart = target[:, j] - state.mean[:, i] @ transition.T
-    mean = state.mean[:, i] + np.einsum("hij,hj->hi", gain, apart)
-    return mean, now + gain @ (later.covariance[:, j] - ahead) @ np.swapaxes(gain, 1, 2)
+def _pairs(state: PoseState, later: PoseState, step: PoseStep, target: Array) -> tuple[Array, Array]:
+    """A Rauch-Tung-Striebel step from every model i to every model j: (H, i, j, D) and (H, i, j, D, D)."""
+    transition, now = step.transition, state.covariance[:, :, None]
+    begun = np.repeat(now, 2, axis=2)
+    begun[:, STILL, MOVING] += step.fresh
+    ahead = transition @ begun @ np.swapaxes(transition, -1, -2) + step.noise + JITTER * np.eye(D)
+    gain = np.swapaxes(np.linalg.solve(ahead, transition @ now), -1, -2)
+    apart = target[:, None] - (transition @ state.mean[:, :, None, :, None])[..., 0]
+    mean = state.mean[:, :, None] + (gain @ apart[..., None])[..., 0]
+    return mean, now + gain @ (later.covariance[:, None] - ahead) @ np.swapaxes(gain, -1, -2)
 
 
 def floor_covariance(covariance: Array) -> Array:

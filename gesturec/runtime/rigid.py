@@ -6,7 +6,8 @@ covariance, (7, 7) over rotation (rad, world axes), translation (m) and log scal
 line, or fewer than three, have no pose.
 
 A flat body seen with noise mostly along one direction may lock onto its mirror image along that
-direction: the fit is therefore started from both, and from the last pose where there is one.
+direction: every fit's mirror image is therefore a start too. Which of them it is, later frames tell
+(`locate`), or the last pose where there is one. `consensus` leaves out points that are no part of the body.
 """
 
 from __future__ import annotations
@@ -16,14 +17,19 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.runtime.rotations import exponential, skew
+from gesturec.runtime.chi_square import chi_square_quantile
+from gesturec.runtime.rotations import exponential, logarithm, skew
 
 Array = NDArray[np.float64]
 FLATTEST: Final = 0.05  # second singular value over the first below which points count as on a line
 MOST_ROTATION: Final = 0.3  # rad a Gauss-Newton step; more lets a step jump onto the mirrored pose
+AGREE: Final = 0.999  # chi-square quantile up to which points are one rigid body
+GROSS: Final = 0.35  # of the body's radius: how far proportions unlike the model's may put a point
 ITERATIONS: Final = 10
 CONVERGED: Final = 1e-12  # rad, and relative to the size: a step below it ends the iteration
 ROUND_NOISE: Final = 1.5  # ratio of largest to middle noise axis below which there is no view direction
+SAME: Final = 0.05  # rad: fits that near are one
+MOST_FITS: Final = 4  # of one set of points: two tilts, and a plane seen nearly from its edge has two more
 MIRROR_MARGIN: Final = 4.0  # chi-square by which another basin must be better to leave the last pose's
 
 
@@ -93,17 +99,91 @@ def fit_rigid(
 def all_fits(
     body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float
 ) -> list[RigidFit]:
-    """The fit from Horn's start, then that from its mirror image where there is one."""
-    scaled = np.exp(log_scale) * body
-    starts = [horn(scaled, measured)]
-    starts += mirrored(scaled, measured, covariance, *starts[0])
+    """The fit from Horn's start, and those that a mirror image of a fit leads to, each once."""
+    starts = [horn(np.exp(log_scale) * body, measured)]
     weight = np.asarray(np.linalg.inv(covariance), dtype=float)
-    return [_gauss_newton(body, measured, weight, start, log_scale, scale_deviation) for start in starts]
+    fits: list[RigidFit] = []
+    while starts and len(fits) < MOST_FITS:
+        fit = _gauss_newton(body, measured, weight, starts.pop(0), log_scale, scale_deviation)
+        if all(turn_between(fit.rotation, other.rotation) > SAME for other in fits):
+            fits.append(fit)
+            starts += mirrored(np.exp(fit.log_scale) * body, measured, covariance, fit.rotation)
+    return fits
 
 
-def mirrored(
-    body: Array, measured: Array, covariance: Array, rotation: Array, translation: Array
-) -> list[tuple[Array, Array]]:
+def turn_between(a: Array, b: Array) -> float:
+    """Angle between two rotations, rad."""
+    return float(np.linalg.norm(logarithm(a @ b.T)))
+
+
+class Consensus(NamedTuple):
+    """Fits of the points that agree, and which those are, (n,); `agrees`: as well as their noise says."""
+
+    fits: list[RigidFit]
+    used: NDArray[np.bool_]
+    agrees: bool
+
+
+def consensus(
+    body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float
+) -> Consensus | None:
+    """Fits of points some of which may be anywhere; None where what is left determines no pose.
+
+    While the points do not agree, that one is left out without which the others agree best, if it is
+    then farther than `GROSS` from where they put it; no more than half are left out. Points whose residual stays
+    above `GROSS` have no consensus.
+    """
+    used = np.ones(len(body), dtype=bool)
+    if not spans_plane(body):
+        return None
+    fits = all_fits(body, measured, covariance, log_scale, scale_deviation)
+    while not _agree(fits):
+        left = _leave_one_out(body, measured, covariance, log_scale, scale_deviation, used)
+        if left is None or 2 * left[1].sum() < len(body):
+            break
+        fits, used = left
+    agrees = _agree(fits)
+    if not agrees and _root_mean_square(fits) > GROSS * _radius(body):
+        return None
+    return Consensus(fits, used, agrees)
+
+
+def _leave_one_out(
+    body: Array, measured: Array, covariance: Array, log_scale: float, deviation: float, used: NDArray[np.bool_]
+) -> tuple[list[RigidFit], NDArray[np.bool_]] | None:
+    """The best fits without one more of the used points, if that one is far from where they put it."""
+    best: tuple[list[RigidFit], NDArray[np.bool_]] | None = None
+    for point in np.flatnonzero(used):
+        kept = used.copy()
+        kept[point] = False
+        if not spans_plane(body[kept]):
+            continue
+        fits = all_fits(body[kept], measured[kept], covariance[kept], log_scale, deviation)
+        predicted, _ = observe(body[point : point + 1], fits[0].rotation, fits[0].translation, fits[0].log_scale)
+        far = float(np.linalg.norm(measured[point] - predicted)) > GROSS * _radius(body)
+        if far and (best is None or _least(fits) < _least(best[0])):
+            best = fits, kept
+    return best
+
+
+def _agree(fits: list[RigidFit]) -> bool:
+    return _least(fits) <= chi_square_quantile(AGREE, 3 * len(fits[0].residual) - 6)
+
+
+def _least(fits: list[RigidFit]) -> float:
+    return min(fit.cost for fit in fits)
+
+
+def _root_mean_square(fits: list[RigidFit]) -> float:
+    return min(float(np.sqrt((fit.residual**2).sum(1).mean())) for fit in fits)
+
+
+def _radius(body: Array) -> float:
+    """Root mean square distance from the middle, m."""
+    return float(np.sqrt(((body - body.mean(0)) ** 2).sum(1).mean()))
+
+
+def mirrored(body: Array, measured: Array, covariance: Array, rotation: Array) -> list[tuple[Array, Array]]:
     """The pose of a flat body's mirror image along the direction of most noise, if there is one.
 
     With M the world's reflection along that direction and N the body's at its own plane, M R N is a

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+IDENTITY: Final = np.eye(3)
+NEAR_HALF_TURN: Final = -0.5  # cosine below which the antisymmetric part loses digits, and the quaternion is used
 SMALL_ANGLE: Final = 1e-8  # rad; below it the series' first terms are exact to double precision
 
 
@@ -25,17 +27,26 @@ def skew(vector: Array) -> Array:
 
 def exponential(vector: Array) -> Array:
     """Rotation about `vector` by its length (Rodrigues); (..., 3) → (..., 3, 3)."""
-    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
+    angle = np.sqrt((vector * vector).sum(-1))[..., None, None]
     small = angle < SMALL_ANGLE
     safe = np.where(small, 1.0, angle)
     k = skew(vector)
     first = np.where(small, 1.0, np.sin(safe) / safe)
     second = np.where(small, 0.5, (1 - np.cos(safe)) / safe**2)
-    return np.asarray(np.eye(3) + first * k + second * (k @ k))
+    return np.asarray(IDENTITY + first * k + second * (k @ k))
 
 
 def logarithm(rotation: Array) -> Array:
     """Vector of a rotation, of at most half a turn; (..., 3, 3) → (..., 3)."""
+    cosine = (np.trace(rotation, axis1=-2, axis2=-1) - 1) / 2
+    if (cosine > NEAR_HALF_TURN).all():
+        m = rotation
+        off = [m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]]
+        axis = np.stack(off, -1) / 2
+        length = np.sqrt((axis * axis).sum(-1))
+        small = length < SMALL_ANGLE
+        ratio = np.where(small, 1.0, np.arctan2(length, cosine) / np.where(small, 1.0, length))
+        return np.asarray(axis * ratio[..., None])
     quaternion = quaternion_of(rotation)
     sine = np.linalg.norm(quaternion[..., :3], axis=-1, keepdims=True)
     angle = 2 * np.arctan2(sine, quaternion[..., 3:])

@@ -21,9 +21,10 @@ from gesturec.runtime.bindings import Plan, bind_rows, choose_binding, plan, res
 from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.decoders import make_decoders
 from gesturec.runtime.emission import Points
+from gesturec.runtime.expectation import Limbs, expect_limbs
 from gesturec.runtime.frame import Memory, literal_points, literal_pose, start_memory, take
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
-from gesturec.runtime.machines import Decoder, Shown, settle_all, settle_first
+from gesturec.runtime.machines import Decoder, Shown, run_ahead, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
 from gesturec.runtime.options import options_of
 from gesturec.runtime.pose import PoseEstimate, start_size
@@ -77,7 +78,7 @@ class Session:
         self.counts: Counter[str] = Counter()
         self.cells: dict[str, int] = {}  # of each machine's lattice, chosen by the noise of the first frame
         self._size = start_size(self.options.scale)
-        self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0)
+        self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0, math.exp(self._size.log_scale))
         told = self.options
         self._tracker = make_tracker(told.track, told.alpha, told.beta, literal=not told.growing)
         self._decoders: tuple[Decoder, ...] = ()
@@ -85,6 +86,7 @@ class Session:
         self._window: list[Shown]
         self._carried: list[Any]
         self._angles: Array
+        self._ahead: tuple[int, list[Any]] | None  # a frame, and what decoders carry to it, where a take is offline
         self._last_pose: PoseEstimate | None
         self._frame: int
         self._restart()
@@ -134,7 +136,9 @@ class Session:
     def _take(self, points: Points, time: float) -> None:
         """Take a frame in, and look back at the poses of the frames before it."""
         size = self._size
-        self._memory, moment = take(self.body, self._pose, self._tracker, self._memory, size, points, self._frame, time)
+        self._memory, moment = take(
+            self.body, self._pose, self._tracker, self._memory, size, points, self._frame, time, self._expect
+        )
         if not self._decoders:
             self._decoders = make_decoders(self.body, self.options, deviation_of(moment.points.covariance))
             self._carried = [decoder.start() for decoder in self._decoders]
@@ -148,6 +152,19 @@ class Session:
         self._drop_hypotheses()
         if self.options.lag_frames >= 0:
             self._look_back(POSE_DEPTH)
+
+    def _expect(self, points: Points, shape: float, dt: float) -> Limbs | None:
+        """Where the limbs' tokens are expected in the frame that is being taken in."""
+        if not (self.options.growing and self._decoders):
+            return None
+        first = self._frame - len(self._window)
+        if self._ahead is None or self.options.lag_frames >= 0:
+            self._ahead = first, self._carried
+        frame, carried = self._ahead
+        for shown in self._window[frame - first :]:
+            carried = run_ahead(self.body, self._decoders, carried, shown)
+        self._ahead = self._frame, carried
+        return expect_limbs(self.body, self._decoders, carried, points, shape, dt)
 
     def _look_back(self, depth: int) -> None:
         recent = self._window[-depth - 1 :]
@@ -238,7 +255,7 @@ class Session:
         self._memory = start_memory(self._tracker.start(n_token), start_noise(self.options.noise, n_token))
         self._window = []
         self._decoders, self._carried = (), []  # made for the noise of the first frame
-        self._angles, self._last_pose, self._frame = self.body.middle, None, 0
+        self._angles, self._last_pose, self._frame, self._ahead = self.body.middle, None, 0, None
 
 
 def deviation_of(covariance: Array) -> float:

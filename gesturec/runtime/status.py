@@ -61,7 +61,7 @@ STATUSES: Final = (
     ),
     Status(
         "pose-held",
-        "fewer than three root tokens: the last pose is carried on",
+        "fewer than three root tokens: the pose is carried on, or found by where limbs are believed",
         "States are still decided, from where the root is expected; they are less sure the longer this lasts.",
     ),
     Status(

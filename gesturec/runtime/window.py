@@ -25,6 +25,7 @@ from gesturec.runtime.coupling import share_of
 from gesturec.runtime.decision import Decision, credible_set, most_probable
 from gesturec.runtime.dwell import Aged, Ages, Row
 from gesturec.runtime.emission import Evidence, emit, personal_variance
+from gesturec.runtime.expectation import Believed
 from gesturec.runtime.likelihood import Fit, cell_likelihood
 from gesturec.runtime.semiring import Floats, Semiring
 from gesturec.runtime.sight import Sight
@@ -80,6 +81,12 @@ class WindowDecoder:
         doubt = chi_square_quantile(DOUBT_PROBABILITY, 3 * len(evidence.position))
         return cell_likelihood(self.chain.lattice, evidence, doubt, lambda: self._generous(evidence))
 
+    def expect(self, carried: Carried, dt: float) -> Believed:
+        """What a frame `dt` seconds on is expected to show."""
+        lattice, belief = self.chain.lattice, carried.belief
+        mass = self._before()[None] if belief is None else self.chain.forward(belief.aged.mass, dt)
+        return Believed(self.chain.cells(self.ring.gather(mass, 0)), lattice.mean, lattice.covariance)
+
     def advance(self, before: Belief | None, sight: Sight, mass: Floats | None = None) -> Belief:
         """Belief at the next frame, from it and all before; `mass` is what was believed carried on, if known."""
         if before is None:
@@ -93,10 +100,14 @@ class WindowDecoder:
             return self._begin(sight)  # what is seen cannot come after what was believed: all is possible again
         return Belief(aged._replace(mass=self.chain.normalise(mass)), link)
 
-    def _begin(self, sight: Sight) -> Belief:
-        """At a first frame: any cell of the states in which a take may begin."""
+    def _before(self) -> Floats:
+        """Before a first frame: any cell of the states in which a take may begin."""
         inside = (self.chain.state >= 0) & self.first[self.chain.state]
-        mass = self.chain.ring.join(self.chain.start(), inside.astype(np.float32))
+        return np.asarray(self.chain.ring.join(self.chain.start(), inside.astype(np.float32)))
+
+    def _begin(self, sight: Sight) -> Belief:
+        """At a first frame."""
+        mass = self._before()
         seen = self._says(mass, sight, 1.0)
         mass = self.chain.normalise(seen if self.chain.total(seen) > SMALLEST else mass)
         return Belief(Aged(mass[None], ROWLESS, 0.0) if self.ages is None else self.ages.begin(mass), None)
