@@ -33,7 +33,7 @@ def load_take(path: Path) -> Any:
         names = tuple(str(name) for name in file["names"])
         points = file["xyz"].astype(float)
         return SimpleNamespace(
-            time=file["t"], names=names, points=points, rate=float(file["rate"]), up="y", name=path.stem
+            time=file["t"], names=names, points=points, rate=float(file["rate"]), up="y", name=path.stem, covariance=None
         )
 
 

@@ -24,6 +24,7 @@ KNOWN_KEYS = (
     "model",
     "parameters",
     "recordings",
+    "held_out",
     "body",
     "noise",
     "motion",

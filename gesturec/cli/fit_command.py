@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 ODD_SIZE = 2.0  # infants' hands are 0.4, giants' 1.2 times a grown-up's
 MUCH_RESIDUAL = 0.06  # of the reach of the root's tokens: 5 mm on a hand, more than any tracker's jitter
+BETTER = 0.995  # of what the model leaves of held-out frames: a profile that leaves more is not told by the takes
 
 EPILOG = """The recordings are of one person. What they do not show stays the model's. PROFILE.yaml is given to compile
 or decode with --profile, beside the same --set; its own comments say what stands in it."""
@@ -113,10 +114,14 @@ def facts(profile: Profile) -> dict[str, Any]:
         "scale": profile.scale,
         "scale_error": profile.scale_error,
         "noise": profile.noise,
+        "held_out": None if profile.held_out is None else {**vars(profile.held_out)},
         "joints": len(profile.joints),
         "tokens": len(profile.tokens),
         "recordings": [{**vars(take)} for take in profile.takes],
-        "motion": {name: {"hold": m.hold, "move": m.move, "seconds": m.seconds} for name, m in profile.motion.items()},
+        "motion": {
+            name: {"hold": m.hold, "move": m.move, "crossing": m.crossing, "seconds": m.seconds}
+            for name, m in profile.motion.items()
+        },
     }
 
 
@@ -129,12 +134,15 @@ def _report(fit: Fit, options: Namespace) -> None:
         print(json.dumps({**facts(profile), "file": options.output}, indent=2, ensure_ascii=False), file=stream)
         return
     used = sum(take.used for take in profile.takes)
-    noise = 1e3 * (profile.noise or 0)
+    noise = 1e3 * fit.adjusted.noise
     told = f"{len(profile.joints)} joints and {len(profile.tokens)} tokens placed from {used:,} frames"
     print(
         f"{profile.model}: size {profile.scale:.4g}, {told}, residual {noise:.2g} mm -> {options.output}",
         file=stream,
     )
+    if profile.held_out is not None:
+        model, own = 1e3 * profile.held_out.model, 1e3 * profile.held_out.profile
+        print(f"  frames held out: {own:.3g} mm left with the profile, {model:.3g} mm with the model", file=stream)
 
 
 def warnings_of(fit: Fit) -> list[str]:
@@ -146,9 +154,17 @@ def warnings_of(fit: Fit) -> list[str]:
             f"warning: SIZE: the body comes out {profile.scale:.3g} times the model's; is the recording's unit right "
             "(--units), and is it metric in every direction?"
         )
-    if profile.noise is not None and profile.noise > MUCH_RESIDUAL * reach:
+    left = profile.held_out
+    if left is None:
+        warnings.append("warning: NOT CHECKED: too few frames to hold some out; whether the profile helps is not known")
+    elif left.profile > BETTER * left.model:
         warnings.append(
-            f"warning: MISFIT: residuals of {1e3 * profile.noise:.2g} mm a coordinate are left; another body, the "
+            f"warning: NOT BETTER: frames that were held out are left with {1e3 * left.profile:.3g} mm a coordinate "
+            f"by the profile and {1e3 * left.model:.3g} mm by the model: do not use it for more than its size"
+        )
+    if fit.adjusted.noise > MUCH_RESIDUAL * reach:
+        warnings.append(
+            f"warning: MISFIT: residuals of {1e3 * fit.adjusted.noise:.2g} mm a coordinate are left; another body, the "
             "other hand (--set side=...), another binding (--bind), or points that no rigid segments carry?"
         )
     return warnings

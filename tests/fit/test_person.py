@@ -10,7 +10,7 @@ import pytest
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.kinematics import chain_of, token_positions
-from gesturec.fit.adjust import Unknowns, all_angles, free_joints, normal_equations, residuals
+from gesturec.fit.adjust import Measured, Unknowns, all_angles, free_joints, normal_equations, residuals
 from gesturec.fit.frames import choose_frames, first_guess
 from gesturec.fit.parameters import chain_at, lay_out
 from gesturec.fit.person import Fit, FitError, fit_profile
@@ -149,21 +149,22 @@ def test_the_normal_equations_are_the_costs_derivative(hand: Artifact, filmed: F
     layout = lay_out(hand, np.ones(len(hand.manifest.tokens), dtype=bool))
     limits = hand.columns["joint_low"] - 9, hand.columns["joint_high"] + 9
     joints = free_joints(layout, *limits, 1)
-    guess = first_guess(hand, frames.measured)
     random = np.random.default_rng(0)
+    whitener = np.eye(3) + 0.2 * random.normal(size=(*frames.measured.shape, 3))
+    measured = Measured(frames.measured, whitener)
+    guess = first_guess(hand, frames.measured)
     parameters = random.normal(0, 0.1, layout.size) * layout.deviation / layout.deviation.max()
     now = Unknowns(parameters, guess.rotation, guess.translation, guess.angles[:, joints.ids] + 0.1)
     weight = np.ones(frames.measured.shape[:2])
-    normal = normal_equations(layout, joints, now, frames.measured, weight, 1.0)
+    normal = normal_equations(layout, joints, now, measured, weight, 1.0)
     for parameter in range(0, layout.size, 5):
         step = np.zeros(layout.size)
         step[parameter] = 1e-6
         ahead, behind = (
-            residuals(layout, joints, replace(now, parameters=parameters + sign * step), frames.measured)
-            for sign in (1, -1)
+            residuals(layout, joints, replace(now, parameters=parameters + sign * step), measured) for sign in (1, -1)
         )
         slope = -((ahead**2).sum() - (behind**2).sum()) / 4e-6
-        prior = parameters[parameter] / layout.deviation[parameter] ** 2
+        prior = (layout.precision @ parameters)[parameter]
         assert normal.a_vector[parameter] + prior == pytest.approx(slope, rel=1e-4, abs=1e-8)
 
 

@@ -16,7 +16,7 @@ from gesturec.artifact.store import read_artifact, write_artifact
 from gesturec.compile import compile_model, findings_of
 from gesturec.language.findings import Findings
 from gesturec.profile.apply import with_profile
-from gesturec.profile.profile import Motion, Part, Profile, Take
+from gesturec.profile.profile import HeldOut, Motion, Part, Profile, Take
 from gesturec.profile.read import read_profile
 from gesturec.profile.write import profile_text
 from gesturec.shipped import shipped_models
@@ -40,8 +40,9 @@ def full_profile(artifact: Artifact) -> Profile:
         tokens={"index_base": Part((0.09, 0.001, 0.03), (1e-3, 1e-3, 1e-3))},
         noise=0.0012,
         token_noise={"index.tip": 0.0015},
-        motion={"index": Motion(0.5, 0.25, 12.0, {(names[0], names[1]): 1.5})},
+        motion={"index": Motion(0.5, 0.25, 0.4, 12.0, {(names[0], names[1]): 1.5})},
         takes=(Take("a take.npz", 100, 90, 45, 0.0011),),
+        held_out=HeldOut(0.0031, 0.0012),
     )
 
 
