@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 ODD_SIZE = 2.0  # infants' hands are 0.4, giants' 1.2 times a grown-up's
 MUCH_RESIDUAL = 0.06  # of the reach of the root's tokens: 5 mm on a hand, more than any tracker's jitter
-BETTER = 0.995  # of what the model leaves of held-out frames: a profile that leaves more is not told by the takes
 
 EPILOG = """The recordings are of one person. What they do not show stays the model's. PROFILE.yaml is given to compile
 or decode with --profile, beside the same --set; its own comments say what stands in it."""
@@ -128,11 +127,13 @@ def facts(profile: Profile) -> dict[str, Any]:
 def _report(fit: Fit, options: Namespace) -> None:
     stream = sys.stderr if options.output == "-" else sys.stdout
     profile = fit.profile
-    for warning in warnings_of(fit):
-        print(warning, file=sys.stderr)
+    warnings = warnings_of(fit)
     if options.json:
-        print(json.dumps({**facts(profile), "file": options.output}, indent=2, ensure_ascii=False), file=stream)
+        told = {**facts(profile), "warnings": warnings, "file": options.output}
+        print(json.dumps(told, indent=2, ensure_ascii=False), file=stream)
         return
+    for warning in warnings:
+        print(warning, file=sys.stderr)
     used = sum(take.used for take in profile.takes)
     noise = 1e3 * fit.adjusted.noise
     told = f"{len(profile.joints)} joints and {len(profile.tokens)} tokens placed from {used:,} frames"
@@ -142,7 +143,7 @@ def _report(fit: Fit, options: Namespace) -> None:
     )
     if profile.held_out is not None:
         model, own = 1e3 * profile.held_out.model, 1e3 * profile.held_out.profile
-        print(f"  frames held out: {own:.3g} mm left with the profile, {model:.3g} mm with the model", file=stream)
+        print(f"  frames held out: {own:.3g} mm left by fitted lengths, {model:.3g} mm by the model's", file=stream)
 
 
 def warnings_of(fit: Fit) -> list[str]:
@@ -157,10 +158,10 @@ def warnings_of(fit: Fit) -> list[str]:
     left = profile.held_out
     if left is None:
         warnings.append("warning: NOT CHECKED: too few frames to hold some out; whether the profile helps is not known")
-    elif left.profile > BETTER * left.model:
+    elif not left.is_better:
         warnings.append(
             f"warning: NOT BETTER: frames that were held out are left with {1e3 * left.profile:.3g} mm a coordinate "
-            f"by the profile and {1e3 * left.model:.3g} mm by the model: do not use it for more than its size"
+            f"by fitted lengths and {1e3 * left.model:.3g} mm by the model's: the profile keeps the size alone"
         )
     if fit.adjusted.noise > MUCH_RESIDUAL * reach:
         warnings.append(

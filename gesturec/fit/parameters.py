@@ -25,14 +25,14 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SAME_PLACE: Final = 1e-6  # m; places of one part that are nearer are one point
-ROOT_DEVIATION: Final = 0.005  # m, of a place on a root of a hand's size: people's palms beside their common scale
+ROOT_DEVIATION: Final = 0.004  # m, of a place on a root of a hand's size: people's palms beside their common scale
 LENGTH_SHARE: Final = 0.10  # of the logarithm of a length: people differ by 5 %, where trackers see joints by 10 %
 SIZE_DEVIATION: Final = 0.3  # of the logarithm of the size: children to giants
 TURN_DEVIATION: Final = 0.17  # rad, ten degrees, of a limb's rest about axes that are not its first joint's
 FOLLOWER_DEVIATION: Final = 0.17  # rad, of the zero of a joint that follows another
 ZERO_DEVIATION: Final = 0.03  # rad, of the zero of a joint with an angle of its own: how well "straight" is known
-FRAME_SHIFT: Final = 0.0005  # m, of the root's tokens as a whole: they are what the intrinsic frame is defined by
-FRAME_TURN: Final = 0.005  # rad, the same
+FRAME_SHIFT: Final = 0.0001  # m, of the root's tokens as a whole: they are what the intrinsic frame is defined by
+FRAME_TURN: Final = 0.001  # rad, the same
 HAND: Final = 0.09  # m, reach of the root's tokens to which ROOT_DEVIATION belongs
 
 
@@ -134,6 +134,11 @@ def lay_out(artifact: Artifact, seen: Mask) -> Layout:
     root = chain.token_at[(chain.token_segment == 0) & seen]
     reach = float(np.linalg.norm(root - root.mean(axis=0), axis=1).max()) if len(root) else HAND
     return Layout(_places(chain, seen, carried, reach), _turns(chain, carried), chain, reach)
+
+
+def size_alone(layout: Layout) -> Layout:
+    """The body as it is, of which nothing but the size is estimated."""
+    return layout._replace(places=(), turns=())
 
 
 def told_segments(chain: Chain, seen: Mask) -> Mask:

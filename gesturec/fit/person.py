@@ -1,9 +1,9 @@
 """From recordings of one person to a profile: the table of contents of the fit.
 
 `fit_profile`: frames are chosen → a first guess of size, poses and angles → bundle adjustment of the person's places,
-rests and size → what was really told by the frames is kept → noise from the residuals → the same fit to some of the
-frames is tried on the others (`held_out`) → the takes are decoded with the new body, and how its limbs hold and move
-is counted.
+rests and size → the same fit to some of the frames is tried on the others (`held_out`), and where it does no better
+there than the model, the size alone is kept → what was really told by the frames is kept → noise from the residuals
+→ the takes are decoded with the new body, and how its limbs hold and move is counted.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from gesturec.artifact.artifact import Artifact
 from gesturec.fit.adjust import Adjusted, Guess, Joints, Measured, adjust, free_joints
 from gesturec.fit.frames import MAX_FRAMES, Frames, choose_frames, first_guess, seen_tokens
 from gesturec.fit.motion import StatePath, motions
-from gesturec.fit.parameters import Layout, chain_at, lay_out, right_jacobian
+from gesturec.fit.parameters import Layout, chain_at, lay_out, right_jacobian, size_alone
 from gesturec.profile.apply import with_profile
 from gesturec.profile.profile import HeldOut, Part, Profile, Take, Vector
 from gesturec.recordings.recording import Recording
@@ -90,10 +90,12 @@ def fit_profile(
     columns = artifact.columns
     joints = free_joints(layout, columns["joint_low"], columns["joint_high"], len(frames.measured))
     guess = first_guess(artifact, frames.measured)
+    held = held_out(layout, joints, frames, guess)
+    if held is not None and not held.is_better:
+        layout = size_alone(layout)
     adjusted = adjust(layout, joints, Measured(frames.measured, frames.whitener), guess)
     advance()
-    profile = profile_of(artifact, recordings, frames, layout, adjusted)
-    profile = replace(profile, held_out=held_out(layout, joints, frames, guess))
+    profile = replace(profile_of(artifact, recordings, frames, layout, adjusted), held_out=held)
     person = with_profile(artifact, profile)
     paths = []
     for recording in recordings:
@@ -115,7 +117,7 @@ def held_out(layout: Layout, joints: Joints, frames: Frames, guess: Guess) -> He
     seen = 3 * int(seen_tokens(frames.measured[test]).sum())
     left = []
     for parameters in (np.zeros(layout.size), trained.parameters):
-        body = Layout((), (), chain_at(layout, parameters), layout.reach)  # its size stays free, as while decoding
+        body = size_alone(layout._replace(chain=chain_at(layout, parameters)))  # free in size, as while decoding
         size = guess.size / np.exp(parameters[0])
         found = adjust(body, joints, frames.part(test), guess.part(test)._replace(size=size), trained.noise)
         left.append(trained.noise * float(np.sqrt(found.cost / seen)))

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 Vector = tuple[float, float, float]
+BETTER: Final = 0.97  # of what the model leaves; less of a difference comes by chance in some hundred frames
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,11 @@ class HeldOut:
 
     model: float
     profile: float
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the other frames are explained better by the profile, beyond chance."""
+        return self.profile < BETTER * self.model
 
 
 @dataclass(frozen=True)

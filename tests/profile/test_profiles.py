@@ -128,6 +128,9 @@ WRONG = {
     "an unknown unit": ("DIGEST\nunits: {length: yard}", "bad-choice", 3),
     "a list for a mapping": ("DIGEST\nbody: [1, 2]", "wrong-kind", 3),
     "a null": ("DIGEST\nbody: {scale: }", "null-value", 3),
+    "a pace below zero": ("DIGEST\nmotion: {index: {crossing: -1}}", "value-out-of-range", 3),
+    "held-out frames that are no mapping": ("DIGEST\nheld_out: 3", "wrong-kind", 3),
+    "a key of held-out frames that there is not": ("DIGEST\nheld_out: {modle: 3}", "unknown-key", 3),
     "not YAML": ("DIGEST\nbody: {scale: [}", "bad-yaml", 3),
 }
 
