@@ -129,8 +129,8 @@ def _report(fit: Fit, options: Namespace) -> None:
     profile = fit.profile
     warnings = warnings_of(fit)
     if options.json:
-        told = {**facts(profile), "warnings": warnings, "file": options.output}
-        print(json.dumps(told, indent=2, ensure_ascii=False), file=stream)
+        summary = {**facts(profile), "warnings": warnings, "file": options.output}
+        print(json.dumps(summary, indent=2, ensure_ascii=False), file=stream)
         return
     for warning in warnings:
         print(warning, file=sys.stderr)
