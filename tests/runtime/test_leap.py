@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 from pathlib import Path
 from types import ModuleType
 
@@ -14,7 +15,7 @@ from gesturec.recordings.read import read
 from gesturec.runtime.decode import decode
 
 ROOT = Path(__file__).resolve().parents[2]
-TAKES = ROOT.parent / "shared" / "data" / "hand_leap"
+TAKES = Path(os.environ.get("GESTUREC_DATA", ROOT.parent / "shared" / "data")) / "hand_leap"
 pytestmark = pytest.mark.skipif(not TAKES.is_dir(), reason="the recordings of hand_leap are not beside the repository")
 
 
