@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact
-from gesturec.fit.adjust import Adjusted, Guess, Joints, Measured, adjust, free_joints
+from gesturec.fit.adjust import HUBER, Adjusted, Guess, Joints, Measured, adjust, free_joints
 from gesturec.fit.frames import MAX_FRAMES, Frames, choose_frames, first_guess, seen_tokens
 from gesturec.fit.motion import StatePath, motions
 from gesturec.fit.parameters import Layout, chain_at, lay_out, right_jacobian, size_alone
@@ -120,8 +120,14 @@ def held_out(layout: Layout, joints: Joints, frames: Frames, guess: Guess) -> He
         body = size_alone(layout._replace(chain=chain_at(layout, parameters)))  # free in size, as while decoding
         size = guess.size / np.exp(parameters[0])
         found = adjust(body, joints, frames.part(test), guess.part(test)._replace(size=size), trained.noise)
-        left.append(trained.noise * float(np.sqrt(found.cost / seen)))
+        left.append(trained.noise * float(np.sqrt((found.cost - wild_cost(found)) / seen)))
     return HeldOut(*left)
+
+
+def wild_cost(found: Adjusted) -> float:
+    """What points cost beyond `HUBER` deviations: no body explains an outlier, so none is judged by how far it is."""
+    cost = found.weight * np.square(found.residual).sum(axis=-1) / found.noise**2
+    return float(np.maximum(cost - 3 * HUBER**2, 0).sum())
 
 
 def beginning(recording: Recording, frames: int) -> Recording:
