@@ -1,44 +1,79 @@
-"""A person's profile on real takes: what `gesturec fit` mends, on the take it was fitted to and on others.
+"""Real takes of a hand tracker and of image landmarks: what is decided, whether it is right, what a profile mends.
 
-    python benchmarks/leap.py [--data DIR] [--decoder nearest] [--lag 0] [--profiles grab,pinch]
-                              [--out benchmarks/results/leap.txt]
+    python benchmarks/leap.py [--data DIR] [--decoder forward] [--lag 0.08] [--profiles grab,pinch,splay] [--out FILE]
 
-In: takes of a hand tracker (21 points, `hand_leap`), whose own points tell the bend at each finger's pip, and whose
-maker's estimates tell how strongly the hand grabs or pinches. Out: decided finger-frames, pip level equal to and within
-one of the known bend, with the model as it is and with profiles fitted to other takes; what the fit leaves of the
-points; and Spearman's correlation of decoded curl with the device's strengths, beside that of the points' own bends.
-Then the same fit on image landmarks whose depth is relative (`hand_kairess`), which no rigid hand explains.
+In: takes of a hand tracker (21 points, `hand_leap`), whose own points tell the bend at each finger's pip, which the
+decoder is not told, and whose maker's estimates tell how strongly the hand grabs or pinches; and image landmarks
+whose depth is relative (`hand_kairess`). Out, for every take and model: finger-frames decided, deferred (no one state:
+alike, or not seen), misfit and lost; of the decided, pip level equal to and within one of the known bend; the size;
+Spearman's correlation of curl (pip, the whole finger) with the device's strength: of the points' own bends, of decoded
+levels, of posterior means. Models are the shipped hand, the other hand, and profiles fitted to this take (*) and
+to others.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from hand_leap import FINGERS, ROOT, agreement, hands, load_take, pip_bend
 from numpy.typing import NDArray
 
+import gesturec
 from gesturec.artifact.artifact import Artifact
 from gesturec.fit.person import Fit, fit_profile
 from gesturec.profile.apply import with_profile
+from gesturec.recordings.read import read
+from gesturec.recordings.recording import Recording
 from gesturec.runtime.decode import decode
 from gesturec.runtime.step import Decoding
 
 Array = NDArray[np.float64]
+ROOT: Final = Path(__file__).resolve().parents[1]
+FINGERS: Final = {"index": "index", "middle": "middle", "ring": "ring", "little": "pinky"}
 RIGHT: Final = ("grab_right", "pinch_right", "HandSplay-110fps_right", "flapping_right", "rollAndPitchCropped_right")
 FITTED: Final = {
     "grab": ("grab_right",),
     "pinch": ("pinch_right",),
     "splay": ("HandSplay-110fps_right",),
     "grab+pinch": ("grab_right", "pinch_right"),
-    "grab+splay": ("grab_right", "HandSplay-110fps_right"),
 }
 STRENGTHS: Final = {"grab_right": ("grabStrength", tuple(FINGERS)), "pinch_right": ("pinchStrength", ("index",))}
+PICTURES: Final = {"as it is": 1.0, "16:9": 16 / 9}  # width over height: landmarks are shares of each
+HEAD: Final = f"{'take':26s} {'model':11s} decided deferred misfit   lost  equal  within1   size  root, mm"
+
+
+def bend(take: Recording, finger: str, at: int) -> Array:
+    """Angle between a finger's phalanges at its first (1: pip) or second (2: dip) joint, or the palm (0: mcp), deg."""
+    points = [take.points[:, take.names.index(f"{finger}_{joint}")] for joint in ("mcp", "pip", "dip", "tip")]
+    bones = [points[0] - take.points[:, take.names.index("palm")], *(b - a for a, b in pairwise(points))]
+    first, second = bones[at], bones[at + 1]
+    cosine = (first * second).sum(1) / np.linalg.norm(first, axis=1) / np.linalg.norm(second, axis=1)
+    return np.asarray(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def agreement(decoding: Decoding, take: Recording) -> dict[str, float]:
+    """Shares, in per cent: pip equal to and within one level of the points' own, of decided finger-frames."""
+    own = np.stack([bend(take, theirs, 1) for theirs in FINGERS.values()], 1)
+    known = np.clip(np.ceil(own / 30 - 0.5), 0, 3)
+    columns = [decoding.manifest.joints.index(f"{finger}.pip") for finger in FINGERS]
+    off = np.round(np.abs(np.degrees(decoding.joint_angle[:, columns]) / 30 - known))
+    decided = np.isfinite(off)
+    equal, near = (100 * float((off[decided] <= k).mean()) if decided.any() else float("nan") for k in (0, 1))
+    return {"equal": equal, "within1": near}
+
+
+def shares(decoding: Decoding) -> dict[str, float]:
+    """Shares of finger-frames, in per cent, by what became of them."""
+    counts = [decoding.report["machines"][finger] for finger in FINGERS]
+    total = len(decoding.time) * len(FINGERS)
+    told = {key: sum(each.get(key, 0) for each in counts) for key in ("decided", "misfit", "lost")}
+    told["deferred"] = total - sum(told.values())
+    return {key: 100 * number / total for key, number in told.items()}
 
 
 def ranks(values: Array) -> Array:
@@ -65,79 +100,100 @@ def expected_angles(artifact: Artifact, decoding: Decoding, joint: str) -> Array
     raise ValueError(f"no machine moves {joint}")
 
 
-def correlations(artifact: Artifact, decoding: Decoding, take: Any, path: Path) -> tuple[float, float, float]:
-    """With the device's strength: of the points' own bends, of decoded levels, of posterior means."""
+def correlations(artifact: Artifact, decoding: Decoding, take: Recording, path: Path) -> str:
+    """With the device's strength: own bends, decoded levels, posterior means; of pip, and of mcp + pip + dip."""
     name, fingers = STRENGTHS[path.stem]
     with np.load(path) as file:
         strength = file["scores"][:, [str(n) for n in file["score_names"]].index(name)].astype(float)
-    own = sum(pip_bend(take, FINGERS[finger]) for finger in fingers)
-    joints = [f"{finger}.pip" for finger in fingers]
-    levels = decoding.joint_angle[:, [artifact.manifest.joints.index(joint) for joint in joints]].sum(axis=1)
-    means = sum(expected_angles(artifact, decoding, joint) for joint in joints)
-    return tuple(spearman(np.asarray(curl), strength) for curl in (own, levels, means))  # type: ignore[return-value]
+    strength = strength[:: -(-len(strength) // len(take.time))]
+    told = []
+    for own_joints, weights in (((1,), {"pip": 1}), ((0, 1, 2), {"mcp": 1, "pip": 2})):  # dip follows pip
+        own = sum(bend(take, FINGERS[finger], at) for finger in fingers for at in own_joints)
+        levels, means = np.zeros(len(take.time)), np.zeros(len(take.time))
+        for finger in fingers:
+            for joint, weight in weights.items():
+                column = artifact.manifest.joints.index(f"{finger}.{joint}")
+                levels += weight * decoding.joint_angle[:, column]
+                means += weight * expected_angles(artifact, decoding, f"{finger}.{joint}")
+        told.append(" / ".join(f"{spearman(np.asarray(curl), strength):.3f}" for curl in (own, levels, means)))
+    return "   ".join(told)
 
 
-def fit_row(name: str, fit: Fit, seconds: float) -> str:
+def row(artifact: Artifact, take: Recording, path: Path, model: str, options: dict[str, Any]) -> str:
+    """One line of the table."""
+    decoding = decode(artifact, take, **options)
+    became = shares(decoding)
+    line = f"{path.stem:26s} {model:11s}" + "".join(
+        f" {became[key]:{width}.1f}" for key, width in (("decided", 7), ("deferred", 8), ("misfit", 6), ("lost", 6))
+    )
+    if "palm" in take.names:
+        found = agreement(decoding, take)
+        line += f" {found['equal']:6.1f} {found['within1']:8.1f}"
+    else:
+        line += f" {'':6s} {'':8s}"
+    line += f" {np.nanmedian(decoding.scale):6.3f} {1e3 * np.nanmedian(decoding.root_residual):9.2f}"
+    if path.stem in STRENGTHS and decoding.report["misfit_frames"] < len(take.time) / 2:
+        line += "   " + correlations(artifact, decoding, take, path)
+    print(line, flush=True)
+    return line
+
+
+def fit_row(name: str, fit: Fit) -> str:
     """What a fit found."""
-    profile = fit.profile
+    profile, held = fit.profile, fit.profile.held_out
     lengths = " ".join(f"{1e3 * np.linalg.norm(profile.joints[j].at or 0):.2f}" for j in ("index.pip", "index.dip"))
     tip = 1e3 * np.linalg.norm(profile.tokens["index.tip"].at or 0)
-    left = ", ".join(f"{take.name} {1e3 * (take.residual or 0):.3f}" for take in profile.takes)
-    return (
-        f"{name:14s} size {profile.scale:.3f}  index phalanges {lengths} {tip:.2f} mm  "
-        f"left of the points, mm: {left}  ({seconds:.1f} s)"
-    )
+    left = "too short" if held is None else f"{1e3 * held.model:.3f} -> {1e3 * held.profile:.3f} mm"
+    return f"{name:11s} size {profile.scale:.3f}  index phalanges {lengths} {tip:.2f} mm  held-out frames {left}"
 
 
-def bones(take: Any, finger: str) -> str:
-    """Median distances of a finger's points, mm."""
-    at = [take.points[:, take.names.index(f"{finger}_{joint}")] for joint in ("mcp", "pip", "dip", "tip")]
+def bones(take: Recording) -> str:
+    """Median distances of the index's points, mm."""
+    at = [take.points[:, take.names.index(f"index_{joint}")] for joint in ("mcp", "pip", "dip", "tip")]
     return " ".join(f"{1e3 * np.median(np.linalg.norm(b - a, axis=1)):.2f}" for a, b in pairwise(at))
 
 
-def table(hand: Artifact, profiles: Mapping[str, Fit], data: Path, options: dict[str, Any]) -> Sequence[str]:
-    """A row for every take and profile."""
-    models = {"none": hand, **{name: with_profile(hand, fit.profile) for name, fit in profiles.items()}}
-    lines = [f"{'take':26s} {'profile':11s} decided  equal  within1   size   root, mm   own / levels / means"]
+def thinned(take: Recording, every: int) -> Recording:
+    """Every n-th frame of a take."""
+    rate = None if take.rate is None else take.rate / every
+    return replace(take, time=take.time[::every], points=take.points[::every], rate=rate)
+
+
+def leap_rows(
+    models: Mapping[str, Artifact], data: Path, names: Sequence[str], every: int, options: dict[str, Any]
+) -> list[str]:
+    """Fits, and a row for every take and model."""
+    takes = {path.stem: thinned(read(str(path)), every) for path in sorted(data.glob("*.npz"))}
+    fits = {name: fit_profile(models["right"], [takes[stem] for stem in FITTED[name]]) for name in names}
+    lines = ["fits", *(fit_row(name, fit) for name, fit in fits.items())]
+    lines += [f"{stem:26s} index, points' own: {bones(takes[stem])} mm" for stem in RIGHT]
+    head = HEAD + "   own / levels / means: pip; whole finger"
+    lines += ["", head]
+    print("\n".join(lines), flush=True)
     for stem in RIGHT:
-        take = load_take(data / f"{stem}.npz")
-        for name, artifact in models.items():
-            decoding = decode(artifact, take, **options)
-            found = agreement(decoding, take)
-            fitted = "*" if stem in FITTED.get(name, ()) else " "
-            told = ""
-            if stem in STRENGTHS:
-                told = " / ".join(f"{r:.3f}" for r in correlations(artifact, decoding, take, data / f"{stem}.npz"))
-            lines.append(
-                f"{stem:26s} {name:10s}{fitted} {found['decided']:7.1f} {found['equal']:6.1f} {found['within1']:8.1f}"
-                f" {np.nanmedian(decoding.scale):6.3f} {1e3 * np.nanmedian(decoding.root_residual):8.2f}     {told}"
-            )
-            print(lines[-1], flush=True)
+        path = data / f"{stem}.npz"
+        lines.append(row(models["right"], takes[stem], path, "shipped", options))
+        lines.append(row(models["left"], takes[stem], path, "other hand", options))
+        for name, fit in fits.items():
+            model = name + ("*" if stem in FITTED[name] else "")
+            lines.append(row(with_profile(models["right"], fit.profile), takes[stem], path, model, options))
+    stem = "flapping_left"
+    own = with_profile(models["left"], fit_profile(models["left"], [takes[stem]]).profile)
+    for model, artifact in (("shipped", models["left"]), ("other hand", models["right"]), ("itself*", own)):
+        lines.append(row(artifact, takes[stem], data / f"{stem}.npz", model, options))
     return lines
 
 
-def left_rows(hand: Artifact, data: Path, options: dict[str, Any]) -> Sequence[str]:
-    """The one left take, before and after a fit to itself."""
-    take = load_take(data / "flapping_left.npz")
-    fit = fit_profile(hand, [take])
-    lines = []
-    for name, artifact in {"none": hand, "itself*": with_profile(hand, fit.profile)}.items():
-        found = agreement(decode(artifact, take, **options), take)
-        shares = f"{found['decided']:7.1f} {found['equal']:6.1f} {found['within1']:8.1f}"
-        lines.append(f"{'flapping_left':26s} {name:11s} {shares}")
-    return lines
-
-
-def relative_rows(hand: Artifact, folder: Path) -> Sequence[str]:
-    """Fits to landmarks that are not metric."""
+def picture_rows(models: Mapping[str, Artifact], folder: Path, options: dict[str, Any]) -> list[str]:
+    """Image landmarks with relative depth, both hands, at each shape of picture."""
     lines = []
     for path in sorted(folder.glob("*.npz")):
-        take = load_take(path)
-        profile = fit_profile(hand, [take]).profile
-        noise, size = 1e3 * (profile.noise or 0), profile.scale
-        lines.append(
-            f"{path.stem:26s} size {size:.2f}, left of the points {noise / size:.1f} mm a coordinate at hand's size"
-        )
+        take = read(str(path))
+        for shape, aspect in PICTURES.items():
+            stretched = replace(take, points=take.points * [aspect, 1, aspect])
+            for side in ("left", "right"):
+                name = f"{side}, {shape}"
+                lines.append(row(models[side], stretched, path, name[:11].strip(), options))
     return lines or [f"no takes at {folder.name}"]
 
 
@@ -145,31 +201,22 @@ def main() -> None:
     """Run and print; with `--out` also write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared" / "data" / "hand_leap")
-    parser.add_argument("--decoder", default="nearest")
-    parser.add_argument("--lag", default="0")
-    parser.add_argument("--profiles", default=",".join(FITTED), help="which fits, by name")
+    parser.add_argument("--decoder", default="forward")
+    parser.add_argument("--lag", default="0.08")
+    parser.add_argument("--profiles", default="grab,pinch,splay", help=f"which fits: {', '.join(FITTED)}")
+    parser.add_argument("--every", type=int, default=1, help="take every n-th frame of the tracker's takes")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     options = {"decoder": given.decoder, "lag": given.lag if given.lag == "offline" else float(given.lag)}
-    models = hands()
-    profiles, lines = {}, [f"decoder {given.decoder}, lag {given.lag}; * fitted to this take", "", "fits"]
-    for name in given.profiles.split(","):
-        stems = FITTED[name]
-        began = time.perf_counter()
-        takes = [load_take(given.data / f"{stem}.npz") for stem in stems]
-        profiles[name] = fit_profile(models["right"], takes)
-        lines.append(fit_row(name, profiles[name], time.perf_counter() - began))
-    lines += [
-        f"{stem:26s} index, points' own: {bones(load_take(given.data / f'{stem}.npz'), 'index')} mm" for stem in RIGHT
-    ]
-    print("\n".join(lines), flush=True)
-    lines += ["", *table(models["right"], profiles, given.data, options)]
-    lines += left_rows(models["left"], given.data, options)
-    lines += [
-        "",
-        "image landmarks with relative depth",
-        *relative_rows(models["right"], given.data.parent / "hand_kairess"),
-    ]
+    model = ROOT / "models" / "hand.yaml"
+    models = {side: gesturec.compile_model(model, set={"side": side}).artifact for side in ("right", "left")}
+    lines = [f"decoder {given.decoder}, lag {given.lag}; shares in per cent; * fitted to this take"]
+    if given.every > 1:
+        lines[0] += f"; every {given.every}. frame of the tracker's"
+    lines += leap_rows(models, given.data, given.profiles.split(","), given.every, options)
+    print("image landmarks", flush=True)
+    lines += ["", "image landmarks with relative depth (hand, shape of the picture)", HEAD]
+    lines += picture_rows(models, given.data.parent / "hand_kairess", options)
     if given.out:
         given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -27,6 +27,7 @@ KNOWN_KEYS = (
     "model",
     "parameters",
     "recordings",
+    "held_out",
     "body",
     "noise",
     "motion",

@@ -113,28 +113,37 @@ def facts(profile: Profile) -> dict[str, Any]:
         "scale": profile.scale,
         "scale_error": profile.scale_error,
         "noise": profile.noise,
+        "held_out": None if profile.held_out is None else {**vars(profile.held_out)},
         "joints": len(profile.joints),
         "tokens": len(profile.tokens),
         "recordings": [{**vars(take)} for take in profile.takes],
-        "motion": {name: {"hold": m.hold, "move": m.move, "seconds": m.seconds} for name, m in profile.motion.items()},
+        "motion": {
+            name: {"hold": m.hold, "move": m.move, "crossing": m.crossing, "seconds": m.seconds}
+            for name, m in profile.motion.items()
+        },
     }
 
 
 def _report(fit: Fit, options: Namespace) -> None:
     stream = sys.stderr if options.output == "-" else sys.stdout
     profile = fit.profile
-    for warning in warnings_of(fit):
-        print(warning, file=sys.stderr)
+    warnings = warnings_of(fit)
     if options.json:
-        print(json.dumps({**facts(profile), "file": options.output}, indent=2, ensure_ascii=False), file=stream)
+        summary = {**facts(profile), "warnings": warnings, "file": options.output}
+        print(json.dumps(summary, indent=2, ensure_ascii=False), file=stream)
         return
+    for warning in warnings:
+        print(warning, file=sys.stderr)
     used = sum(take.used for take in profile.takes)
-    noise = 1e3 * (profile.noise or 0)
+    noise = 1e3 * fit.adjusted.noise
     told = f"{len(profile.joints)} joints and {len(profile.tokens)} tokens placed from {used:,} frames"
     print(
         f"{profile.model}: size {profile.scale:.4g}, {told}, residual {noise:.2g} mm -> {options.output}",
         file=stream,
     )
+    if profile.held_out is not None:
+        model, own = 1e3 * profile.held_out.model, 1e3 * profile.held_out.profile
+        print(f"  frames held out: {own:.3g} mm left by fitted lengths, {model:.3g} mm by the model's", file=stream)
 
 
 def warnings_of(fit: Fit) -> list[str]:
@@ -146,9 +155,17 @@ def warnings_of(fit: Fit) -> list[str]:
             f"warning: SIZE: the body comes out {profile.scale:.3g} times the model's; is the recording's unit right "
             "(--units), and is it metric in every direction?"
         )
-    if profile.noise is not None and profile.noise > MUCH_RESIDUAL * reach:
+    left = profile.held_out
+    if left is None:
+        warnings.append("warning: NOT CHECKED: too few frames to hold some out; whether the profile helps is not known")
+    elif not left.is_better:
         warnings.append(
-            f"warning: MISFIT: residuals of {1e3 * profile.noise:.2g} mm a coordinate are left; another body, the "
+            f"warning: NOT BETTER: frames that were held out are left with {1e3 * left.profile:.3g} mm a coordinate "
+            f"by fitted lengths and {1e3 * left.model:.3g} mm by the model's: the profile keeps the size alone"
+        )
+    if fit.adjusted.noise > MUCH_RESIDUAL * reach:
+        warnings.append(
+            f"warning: MISFIT: residuals of {1e3 * fit.adjusted.noise:.2g} mm a coordinate are left; another body, the "
             "other hand (--set side=...), another binding (--bind), or points that no rigid segments carry?"
         )
     return warnings

@@ -2,8 +2,9 @@
 
 In: a `Layout`, measured tokens and a first guess. Out: `Adjusted`. Gauss-Newton damped by Levenberg and Marquardt;
 a frame's unknowns meet those of other frames only through the parameters, so they are eliminated frame by frame
-(the Schur complement; Triggs et al., Bundle adjustment, 2000). Residuals are weighed after Huber, angles beyond
-their limits are drawn back, and every parameter has a prior about the model: what nothing shows stays the model's.
+(the Schur complement; Triggs et al., Bundle adjustment, 2000). Residuals are whitened by the points' covariances, up
+to one factor that is estimated (`noise`), and weighed after Huber; angles beyond their limits are drawn back, and every
+parameter has a prior about the model: what nothing shows stays the model's.
 """
 
 from __future__ import annotations
@@ -23,7 +24,6 @@ from gesturec.artifact.kinematics import (
     token_jacobians,
     tokens_of_frames,
 )
-from gesturec.fit.frames import Guess
 from gesturec.fit.parameters import Layout, chain_at, parameter_jacobian
 from gesturec.runtime.rotations import exponential, skew
 
@@ -37,6 +37,19 @@ LOOSE: Final = 10.0  # ranges: prior of an angle over all frames together, which
 ROUNDS: Final = 60
 CONVERGED: Final = 1e-5  # relative fall of the cost
 MOST_DAMPING: Final = 1e8
+
+
+class Guess(NamedTuple):
+    """A size, and for every frame a pose and joint values (n, n_joint)."""
+
+    size: float
+    rotation: Array
+    translation: Array
+    angles: Array
+
+    def part(self, chosen: NDArray[np.bool_]) -> Guess:
+        """The guess for the frames that are `chosen` (n,)."""
+        return Guess(self.size, self.rotation[chosen], self.translation[chosen], self.angles[chosen])
 
 
 class Joints(NamedTuple):
@@ -61,8 +74,8 @@ class Unknowns:
 
 
 class Adjusted(NamedTuple):
-    """What came out: angles (n, n_joint), residuals (n, n_token, 3), m, weights (n, n_token), the parameters'
-    covariance, and the residuals' standard deviation per coordinate."""
+    """What came out: angles (n, n_joint), whitened residuals (n, n_token, 3), m, weights (n, n_token), the parameters'
+    covariance, the residuals' standard deviation per coordinate, and the cost at it."""
 
     parameters: Array
     rotation: Array
@@ -72,6 +85,17 @@ class Adjusted(NamedTuple):
     weight: Array
     covariance: Array
     noise: float
+    cost: float
+
+
+class Measured(NamedTuple):
+    """Tokens (n, n_token, 3), m, NaN not seen; and what whitens their errors (n, n_token, 3, 3), pure numbers.
+
+    White errors have one standard deviation in every direction, that of a typical coordinate.
+    """
+
+    points: Array
+    whitener: Array
 
 
 class _Normal(NamedTuple):
@@ -84,12 +108,14 @@ class _Normal(NamedTuple):
     c_matrix: Array
 
 
-def adjust(layout: Layout, joints: Joints, measured: Array, guess: Guess) -> Adjusted:
-    """Adjust everything to measured tokens (n, n_token, 3)."""
+def adjust(
+    layout: Layout, joints: Joints, measured: Measured, guess: Guess, known_noise: float | None = None
+) -> Adjusted:
+    """Adjust everything to measured tokens; the noise too, unless it is known."""
     parameters = np.zeros(layout.size)
     parameters[0] = np.log(guess.size)
     now = Unknowns(parameters, guess.rotation, guess.translation, guess.angles[:, joints.ids])
-    noise, damping = START_NOISE, 1e-3
+    noise, damping = known_noise or START_NOISE, 1e-3
     weight = robust_weight(residuals(layout, joints, now, measured), noise)
     cost = total_cost(layout, joints, now, measured, weight, noise)
     for _ in range(ROUNDS):
@@ -104,14 +130,14 @@ def adjust(layout: Layout, joints: Joints, measured: Array, guess: Guess) -> Adj
             break
         is_settled = cost - tried_cost < CONVERGED * cost
         now, damping = tried, max(damping / 10, 1e-9)
-        new = noise_of(residuals(layout, joints, now, measured), weight, layout.size, len(joints.ids))
+        new = known_noise or noise_of(residuals(layout, joints, now, measured), weight, layout.size, len(joints.ids))
         is_settled &= abs(new - noise) < 1e-3 * noise
         noise = new
         weight = robust_weight(residuals(layout, joints, now, measured), noise)
         cost = total_cost(layout, joints, now, measured, weight, noise)
         if is_settled:
             break
-    return _adjusted(layout, joints, now, measured, weight, noise)
+    return _adjusted(layout, joints, now, measured, weight, noise, cost)
 
 
 def free_joints(layout: Layout, low: Array, high: Array, n_frame: int) -> Joints:
@@ -135,12 +161,12 @@ def all_angles(layout: Layout, joints: Joints, free: Array) -> Array:
     return complete_angles(layout.chain, angles)
 
 
-def residuals(layout: Layout, joints: Joints, now: Unknowns, measured: Array) -> Array:
-    """Measured minus predicted (n, n_token, 3), m; zero where a token is not seen."""
+def residuals(layout: Layout, joints: Joints, now: Unknowns, measured: Measured) -> Array:
+    """Measured minus predicted, whitened (n, n_token, 3), m; zero where a token is not seen."""
     chain = chain_at(layout, now.parameters)
     tokens = tokens_of_frames(chain, *forward(chain, all_angles(layout, joints, now.free)))
     predicted = np.einsum("nij,ntj->nti", now.rotation, tokens) + now.translation[:, None]
-    return np.asarray(np.nan_to_num(measured - predicted))
+    return np.asarray(np.einsum("ntij,ntj->nti", measured.whitener, np.nan_to_num(measured.points - predicted)))
 
 
 def robust_weight(residual: Array, noise: float) -> Array:
@@ -162,17 +188,17 @@ def beyond_limits(joints: Joints, free: Array) -> Array:
     return np.asarray(np.minimum(free - joints.low, 0) + np.maximum(free - joints.high, 0))
 
 
-def total_cost(layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float) -> float:
+def total_cost(layout: Layout, joints: Joints, now: Unknowns, measured: Measured, weight: Array, noise: float) -> float:
     """What is made small: squares of residuals, of what is beyond limits, and of the priors."""
     residual = residuals(layout, joints, now, measured)
     cost = (weight[..., None] * residual**2).sum() / noise**2
     cost += ((beyond_limits(joints, now.free) / joints.beyond) ** 2).sum()
     cost += (((now.free - joints.middle) / joints.loose) ** 2).sum()
-    return float(cost + ((now.parameters / layout.deviation) ** 2).sum())
+    return float(cost + now.parameters @ layout.precision @ now.parameters)
 
 
 def normal_equations(
-    layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float
+    layout: Layout, joints: Joints, now: Unknowns, measured: Measured, weight: Array, noise: float
 ) -> _Normal:
     """The normal equations at `now`."""
     chain = chain_at(layout, now.parameters)
@@ -185,9 +211,10 @@ def normal_equations(
     shift = np.broadcast_to(np.eye(3), (*turned.shape[:2], 3, 3))
     own = np.concatenate([-skew(turned), shift, now.rotation[:, None] @ by_joint], axis=-1)
     shared = now.rotation[:, None] @ parameter_jacobian(layout, now.parameters, chain, frames, tokens)
-    scale = np.sqrt(np.where(np.isfinite(measured).all(-1), weight, 0.0)) / noise
-    n = len(measured)
-    own, shared = ((scale[..., None, None] * jacobian).reshape(n, -1, jacobian.shape[-1]) for jacobian in (own, shared))
+    scale = np.sqrt(np.where(np.isfinite(measured.points).all(-1), weight, 0.0)) / noise
+    n = len(measured.points)
+    whiten = scale[..., None, None] * measured.whitener
+    own, shared = ((whiten @ jacobian).reshape(n, -1, jacobian.shape[-1]) for jacobian in (own, shared))
     weighted = (scale[..., None] * residual).reshape(n, -1)
     return _with_priors(layout, joints, now, own, shared, weighted)
 
@@ -197,8 +224,8 @@ def _with_priors(layout: Layout, joints: Joints, now: Unknowns, own: Array, shar
     a_vector = np.einsum("nka,nk->a", shared, residual)
     b_matrix = own.transpose(0, 2, 1) @ own
     b_vector = np.einsum("nka,nk->na", own, residual)
-    a_matrix += np.diag(layout.deviation**-2.0)
-    a_vector -= now.parameters / layout.deviation**2
+    a_matrix += layout.precision
+    a_vector -= layout.precision @ now.parameters
     beyond = beyond_limits(joints, now.free)
     column = 6 + np.arange(len(joints.ids))
     b_matrix[:, column, column] += (beyond != 0) / joints.beyond**2 + joints.loose**-2.0
@@ -236,7 +263,9 @@ def _moved(now: Unknowns, shared: Array, own: Array) -> Unknowns:
     )
 
 
-def _adjusted(layout: Layout, joints: Joints, now: Unknowns, measured: Array, weight: Array, noise: float) -> Adjusted:
+def _adjusted(
+    layout: Layout, joints: Joints, now: Unknowns, measured: Measured, weight: Array, noise: float, cost: float
+) -> Adjusted:
     normal = normal_equations(layout, joints, now, measured, weight, noise)
     covariance = np.asarray(np.linalg.inv(_reduced(normal, 0.0)[0]), dtype=np.float64)
     return Adjusted(
@@ -248,4 +277,5 @@ def _adjusted(layout: Layout, joints: Joints, now: Unknowns, measured: Array, we
         weight,
         covariance,
         noise,
+        cost,
     )

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import chain_of, complete_angles, forward
+from gesturec.fit.adjust import Guess, Measured
+from gesturec.fit.errors import noise_directions, whiteners
 from gesturec.recordings.recording import Recording
 from gesturec.runtime.bindings import Plan, choose_binding, resolve_binding
 from gesturec.runtime.rigid import horn, spans_plane
@@ -30,19 +32,16 @@ class Frames(NamedTuple):
     """Measured tokens (n, n_token, 3), m, in the world; NaN is not seen. `take` (n,) says which recording's."""
 
     measured: Array
+    whitener: Array  # (n, n_token, 3, 3), see `errors`
     take: NDArray[np.int64]
     frame: NDArray[np.int64]  # in its recording
     usable: tuple[int, ...]  # frames of each recording that could have been used
     bindings: tuple[str, ...]
+    has_covariance: bool  # of some recording: then its noise is its own to tell
 
-
-class Guess(NamedTuple):
-    """A size, and for every frame a pose and joint values (n, n_joint)."""
-
-    size: float
-    rotation: Array
-    translation: Array
-    angles: Array
+    def part(self, chosen: NDArray[np.bool_]) -> Measured:
+        """The frames that are `chosen` (n,), as the adjustment takes them."""
+        return Measured(self.measured[chosen], self.whitener[chosen])
 
 
 def choose_frames(artifact: Artifact, recordings: Sequence[Recording], bind: object, most: int = MAX_FRAMES) -> Frames:
@@ -54,6 +53,8 @@ def choose_frames(artifact: Artifact, recordings: Sequence[Recording], bind: obj
         A binding that there is not, or names that fit none.
     """
     measured, take, frame, usable, bindings = [], [], [], [], []
+    covariances: list[Array | None] = []
+    shapes = []
     for number, recording in enumerate(recordings):
         plan = plan_for(artifact, recording, bind)
         tokens = np.array([plan.apply(points) for points in recording.points]).reshape(-1, plan.n_token, 3)
@@ -63,9 +64,26 @@ def choose_frames(artifact: Artifact, recordings: Sequence[Recording], bind: obj
         measured.append(tokens[kept])
         take.append(np.full(len(kept), number))
         frame.append(kept)
+        shapes.append(noise_directions(recording.time, tokens))
+        covariance = recording.covariance
+        covariances.append(None if covariance is None else _covariances(plan, covariance[kept]))
         usable.append(len(good))
         bindings.append(plan.binding.name)
-    return Frames(np.concatenate(measured), np.concatenate(take), np.concatenate(frame), tuple(usable), tuple(bindings))
+    return Frames(
+        np.concatenate(measured),
+        whiteners(covariances, shapes, [seen_tokens(rows) for rows in measured]),
+        np.concatenate(take),
+        np.concatenate(frame),
+        tuple(usable),
+        tuple(bindings),
+        any(covariance is not None for covariance in covariances),
+    )
+
+
+def _covariances(plan: Plan, covariance: Array) -> Array:
+    """Of the points (n, n_point, 3, 3) as those of tokens."""
+    rows = [plan.apply_covariance(row) for row in covariance]
+    return np.array(rows).reshape(-1, plan.n_token, 3, 3)
 
 
 def seen_tokens(measured: Array) -> NDArray[np.bool_]:

@@ -1,9 +1,11 @@
-"""How a person's limbs spend their time: stays in hold and in move, and costs of transitions.
+"""How a person's limbs spend their time: stays in hold and in move, pace, and costs of transitions.
 
 In: decoded takes. Out: `Motion` of every machine. A limb moves while its state changes again and again, no more than
 `PAUSE` apart; else it holds. Mean stays are total time over number of stays, with one stay of `PRIOR_STAY` added, so
-that a take without a single change gives no infinity. Costs are -ln of the probability of each transition in one step
-of the machine: counts, with the machine's own mean counted in `PSEUDO` times (additive smoothing towards it).
+that a take without a single change gives no infinity. Pace is the time in which a joint crosses its range, from
+changes one after another in one direction, with one range at the runtime's own pace added. Costs are -ln of the
+probability of each transition in one step of the machine: counts, with the machine's own mean counted in `PSEUDO`
+times (additive smoothing towards it).
 """
 
 from __future__ import annotations
@@ -23,6 +25,8 @@ States = NDArray[np.int32]
 
 PAUSE: Final = 0.25  # s; crossing a cell of 30 degrees takes a moving finger about 0.1 s
 PRIOR_STAY: Final = 0.8  # s; what the runtime believes of hold and move without a profile
+PRIOR_CROSSING: Final = 0.6  # s; the same of the time in which a joint crosses its range
+ONE_WAY: Final = 0.5  # s between changes of a joint in one direction that are one movement
 PSEUDO: Final = 20.0  # steps that the machine's mean counts as in each state
 DEFAULT_STEP: Final = 0.04  # s a step where the model says none; the runtime's, and the source paper's
 
@@ -48,8 +52,9 @@ def motions(artifact: Artifact, paths: Sequence[StatePath], with_costs: bool = F
         if not seconds:
             continue
         hold, move = mean_stays(known)
+        crossing = crossing_time(tables, known) if tables.kind == "grid" else None
         costs = arc_costs(tables, known) if with_costs or tables.kind != "grid" else {}
-        found[tables.name] = Motion(hold, move, seconds, costs)
+        found[tables.name] = Motion(hold, move, crossing, seconds, costs)
     return found
 
 
@@ -72,6 +77,23 @@ def mean_stays(known: Sequence[tuple[Array, States]]) -> tuple[float, float]:
             ends.append(stop)
         hold.append(float(max(time[-1] - ends[-1], 0.0)))
     return float(np.mean([h for h in hold if h > 0])), float(np.mean(move))
+
+
+def crossing_time(tables: MachineTables, known: Sequence[tuple[Array, States]]) -> float:
+    """Mean time in which a moving joint crosses its whole range, s."""
+    time, way = PRIOR_CROSSING, 1.0  # s, and ranges crossed in it
+    for column in range(len(tables.joints)):
+        values = np.unique(np.round(tables.angle[:, column], 9))
+        if len(values) < 3:
+            continue  # of two levels one change is all there is, and has no pace
+        for when, state in known:
+            angle = tables.angle[state, column]
+            changed = np.flatnonzero(np.diff(angle))
+            step, at = np.diff(angle)[changed], when[1:][changed]
+            follows = (np.sign(step[1:]) == np.sign(step[:-1])) & (np.diff(at) < ONE_WAY)
+            time += float(np.diff(at)[follows].sum())
+            way += float(np.abs(step[1:])[follows].sum() / (values[-1] - values[0]))
+    return time / way
 
 
 def arc_costs(tables: MachineTables, known: Sequence[tuple[Array, States]]) -> dict[tuple[str, str], float]:

@@ -4,7 +4,10 @@ In: an artifact. Out: a `Layout`, which says what the numbers of a parameter vec
 person; `parameter_jacobian`, the derivatives of token positions. Joints and tokens that sit at one place of one part
 are one anatomical point (the knuckle that is a root token and a finger's first joint) and move as one *place*. On
 the root a place moves freely; further out only along its direction from its part's origin, as a length: across, it
-could not be told from the angles. A limb's first joint may be turned about any axis, the others about their own.
+could not be told from the angles. A limb's first joint may be turned about any axis, the others about their own: those
+that follow another freely, those with angles of their own hardly. Their zero is where two parts are straight, which
+is the author's definition; people differ in how far beyond it they go, and a zero that moved with that would move
+every level.
 """
 
 from __future__ import annotations
@@ -16,17 +19,20 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.columns import VALUE_SOURCES
-from gesturec.artifact.kinematics import Chain, chain_of, cross_matrix, descendants, rotation_about
+from gesturec.artifact.kinematics import COUPLED, Chain, chain_of, cross_matrix, descendants, rotation_about
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 SAME_PLACE: Final = 1e-6  # m; places of one part that are nearer are one point
-ROOT_DEVIATION: Final = 0.010  # m, of a place on a root of a hand's size: people's palms beside their common scale
-LENGTH_SHARE: Final = 0.15  # of the logarithm of a length: beside the common size segments differ by 5 to 10 %
+ROOT_DEVIATION: Final = 0.004  # m, of a place on a root of a hand's size: people's palms beside their common scale
+LENGTH_SHARE: Final = 0.10  # of the logarithm of a length: people differ by 5 %, where trackers see joints by 10 %
 SIZE_DEVIATION: Final = 0.3  # of the logarithm of the size: children to giants
 TURN_DEVIATION: Final = 0.17  # rad, ten degrees, of a limb's rest about axes that are not its first joint's
-ZERO_DEVIATION: Final = 0.17  # rad, of a joint's zero
+FOLLOWER_DEVIATION: Final = 0.17  # rad, of the zero of a joint that follows another
+ZERO_DEVIATION: Final = 0.03  # rad, of the zero of a joint with an angle of its own: how well "straight" is known
+FRAME_SHIFT: Final = 0.0001  # m, of the root's tokens as a whole: they are what the intrinsic frame is defined by
+FRAME_TURN: Final = 0.001  # rad, the same
 HAND: Final = 0.09  # m, reach of the root's tokens to which ROOT_DEVIATION belongs
 
 
@@ -95,6 +101,27 @@ class Layout(NamedTuple):
         turns = [np.full(turn.width, turn.deviation) for turn in self.turns]
         return np.concatenate([[SIZE_DEVIATION], *places, *turns])
 
+    @property
+    def precision(self) -> Array:
+        """Inverse covariance of the prior.
+
+        Beside every parameter's own, the root's tokens do not move as one: where that were free, the frame would tilt
+        until all angles were well inside their limits, and every state with it.
+        """
+        matrix = np.diag(self.deviation**-2.0)
+        held = [item for item, place in enumerate(self.places) if place.segment == 0 and place.tokens]
+        if not held:
+            return matrix
+        columns = np.concatenate([self.starts[item] + np.arange(3) for item in held])
+        arm = np.array([self.places[item].at for item in held])
+        arm -= arm.mean(axis=0)
+        turns = np.concatenate([cross_matrix(a) for a in arm], axis=1)  # (3, 3 n): sum of arm x displacement
+        inertia = turns @ turns.T
+        shift = np.tile(np.eye(3), len(held)) / len(held) / FRAME_SHIFT
+        rigid = np.concatenate([shift, np.linalg.pinv(inertia, rcond=1e-6) @ turns / FRAME_TURN])
+        matrix[np.ix_(columns, columns)] += rigid.T @ rigid
+        return matrix
+
     def part(self, parameters: Array, item: int) -> Array:
         """Parameters of the item-th place or turn (places first)."""
         return parameters[self.starts[item] : self.starts[item + 1]]
@@ -107,6 +134,11 @@ def lay_out(artifact: Artifact, seen: Mask) -> Layout:
     root = chain.token_at[(chain.token_segment == 0) & seen]
     reach = float(np.linalg.norm(root - root.mean(axis=0), axis=1).max()) if len(root) else HAND
     return Layout(_places(chain, seen, carried, reach), _turns(chain, carried), chain, reach)
+
+
+def size_alone(layout: Layout) -> Layout:
+    """The body as it is, of which nothing but the size is estimated."""
+    return layout._replace(places=(), turns=())
 
 
 def told_segments(chain: Chain, seen: Mask) -> Mask:
@@ -169,7 +201,10 @@ def _turns(chain: Chain, carried: Mask) -> tuple[Turn, ...]:
         parent = int(chain.joint_parent[joint])
         is_first = parent == 0 or chain.segment_limb[parent] != chain.segment_limb[joint + 1]
         axes = np.eye(3) if is_first else chain.joint_axis[joint][:, None]
-        turns.append(Turn(joint, axes, TURN_DEVIATION if is_first else ZERO_DEVIATION))
+        follows = chain.joint_source[joint] == COUPLED
+        turns.append(
+            Turn(joint, axes, TURN_DEVIATION if is_first else FOLLOWER_DEVIATION if follows else ZERO_DEVIATION)
+        )
     return tuple(turns)
 
 

@@ -1,8 +1,9 @@
 """From recordings of one person to a profile: the table of contents of the fit.
 
 `fit_profile`: frames are chosen → a first guess of size, poses and angles → bundle adjustment of the person's places,
-rests and size → what was really told by the frames is kept → noise from the residuals → the takes are decoded
-with the new body, and how its limbs hold and move is counted.
+rests and size → the same fit to some of the frames is tried on the others (`held_out`), and where it does no better
+there than the model, the size alone is kept → what was really told by the frames is kept → noise from the residuals
+→ the takes are decoded with the new body, and how its limbs hold and move is counted.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact
-from gesturec.fit.adjust import Adjusted, Joints, adjust, free_joints
+from gesturec.fit.adjust import HUBER, Adjusted, Guess, Joints, Measured, adjust, free_joints
 from gesturec.fit.frames import MAX_FRAMES, Frames, choose_frames, first_guess, seen_tokens
 from gesturec.fit.motion import StatePath, motions
-from gesturec.fit.parameters import Layout, lay_out, right_jacobian
+from gesturec.fit.parameters import Layout, chain_at, lay_out, right_jacobian, size_alone
 from gesturec.profile.apply import with_profile
-from gesturec.profile.profile import Part, Profile, Take, Vector
+from gesturec.profile.profile import HeldOut, Part, Profile, Take, Vector
 from gesturec.recordings.recording import Recording
 from gesturec.runtime.decode import decode
 
@@ -29,6 +30,7 @@ Array = NDArray[np.float64]
 
 TOLD: Final = 0.7  # of the prior's deviation: an estimate that is not sharper was not told by the recordings
 MOTION_FRAMES: Final = 10_000  # that are decoded to see how limbs move: minutes of film, and a minute or two of work
+BLOCKS: Final = 8  # of each take, every other one held out: neighbouring frames are too alike to test each other
 FEWEST_FRAMES: Final = 10  # below, angles and lengths cannot be told apart
 
 
@@ -87,9 +89,13 @@ def fit_profile(
     layout = lay_out(artifact, np.asarray(seen.any(axis=0)))
     columns = artifact.columns
     joints = free_joints(layout, columns["joint_low"], columns["joint_high"], len(frames.measured))
-    adjusted = adjust(layout, joints, frames.measured, first_guess(artifact, frames.measured))
+    guess = first_guess(artifact, frames.measured)
+    held = held_out(layout, joints, frames, guess)
+    if held is not None and not held.is_better:
+        layout = size_alone(layout)
+    adjusted = adjust(layout, joints, Measured(frames.measured, frames.whitener), guess)
     advance()
-    profile = profile_of(artifact, recordings, frames, layout, adjusted)
+    profile = replace(profile_of(artifact, recordings, frames, layout, adjusted), held_out=held)
     person = with_profile(artifact, profile)
     paths = []
     for recording in recordings:
@@ -99,6 +105,29 @@ def fit_profile(
     motion = motions(artifact, paths, with_costs)
     profile = replace(profile, parameters=dict(parameters or {}), motion=motion)
     return Fit(profile, layout, joints, frames, adjusted)
+
+
+def held_out(layout: Layout, joints: Joints, frames: Frames, guess: Guess) -> HeldOut | None:
+    """How a fit to every other block of the takes does on the blocks between; None where they are too short."""
+    order = np.concatenate([np.arange(n) * BLOCKS // max(n, 1) for n in np.bincount(frames.take)])
+    test = order % 2 == 1
+    if min(test.sum(), (~test).sum()) < FEWEST_FRAMES:
+        return None
+    trained = adjust(layout, joints, frames.part(~test), guess.part(~test))
+    seen = 3 * int(seen_tokens(frames.measured[test]).sum())
+    left = []
+    for parameters in (np.zeros(layout.size), trained.parameters):
+        body = size_alone(layout._replace(chain=chain_at(layout, parameters)))  # free in size, as while decoding
+        size = guess.size / np.exp(parameters[0])
+        found = adjust(body, joints, frames.part(test), guess.part(test)._replace(size=size), trained.noise)
+        left.append(trained.noise * float(np.sqrt((found.cost - wild_cost(found)) / seen)))
+    return HeldOut(*left)
+
+
+def wild_cost(found: Adjusted) -> float:
+    """What points cost beyond `HUBER` deviations: no body explains an outlier, so none is judged by how far it is."""
+    cost = found.weight * np.square(found.residual).sum(axis=-1) / found.noise**2
+    return float(np.maximum(cost - 3 * HUBER**2, 0).sum())
 
 
 def beginning(recording: Recording, frames: int) -> Recording:
@@ -129,8 +158,8 @@ def profile_of(
         scale_error=float(np.exp(adjusted.parameters[0]) * np.sqrt(adjusted.covariance[0, 0])),
         joints={name: joints[name] for name in manifest.joints if name in joints},
         tokens=tokens,
-        noise=adjusted.noise,
-        token_noise={manifest.tokens[token]: float(spread[token]) for token in measured},
+        noise=None if frames.has_covariance else adjusted.noise,
+        token_noise={manifest.tokens[token]: float(spread[token]) for token in measured if not frames.has_covariance},
         takes=tuple(_take(recordings, frames, adjusted, number) for number in range(len(recordings))),
     )
 

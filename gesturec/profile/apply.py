@@ -161,7 +161,7 @@ def with_profile(artifact: Artifact, profile: Profile) -> Artifact:
     changed = {**baked.columns, **_noise(baked, profile), **_costs(baked, profile)}
     for array in changed.values():
         array.flags.writeable = False
-    motion = {name: {"hold": m.hold, "move": m.move} for name, m in profile.motion.items()}
+    motion = {name: {"hold": m.hold, "move": m.move, "crossing": m.crossing} for name, m in profile.motion.items()}
     told = {"name": profile.name, "scale": size, "noise": profile.noise, "motion": motion}
     return Artifact(replace(baked.manifest, profile=told), changed)
 

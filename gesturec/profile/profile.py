@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Final
 
 Vector = tuple[float, float, float]
+BETTER: Final = 0.97  # of what the model leaves; less of a difference comes by chance in some hundred frames
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,31 @@ class Part:
 class Motion:
     """How a machine's limb spends its time: mean stays in hold and in move, s, and costs of transitions.
 
-    `costs` is {(from, to): cost} by names of states; empty where none were asked for.
+    `crossing` is the mean time, s, in which a moving joint crosses its whole range. `costs` is {(from, to): cost} by
+    names of states; empty where none were asked for.
     """
 
     hold: float | None = None
     move: float | None = None
+    crossing: float | None = None
     seconds: float = 0.0
     costs: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What is left of frames that a fit did not use, m a coordinate, what is beyond joints' limits counted in.
+
+    `model` with the model's proportions at its best size, `profile` with those fitted to the other frames.
+    """
+
+    model: float
+    profile: float
+
+    @property
+    def is_better(self) -> bool:
+        """Whether the other frames are explained better by the profile, beyond chance."""
+        return self.profile < BETTER * self.model
 
 
 @dataclass(frozen=True)
@@ -77,3 +97,4 @@ class Profile:
     token_noise: Mapping[str, float] = field(default_factory=dict)
     motion: Mapping[str, Motion] = field(default_factory=dict)
     takes: tuple[Take, ...] = ()
+    held_out: HeldOut | None = None

@@ -10,9 +10,10 @@ units        {length: mm, angle: deg, time: s}: of the plain numbers in this fil
 model        {name, digest}: the compiled model that the profile was made for
 parameters   values of the model's parameters, read by the checks (`checks/profile.py`)
 recordings   [{file, frames, usable, used, residual}]: what it was fitted to; not used again
+held_out     {model, profile}: what was left of frames that were held out; not used again
 body         {scale, scale_error, joints: {NAME: {at, at_error, turn, turn_error}}, tokens: {NAME: {at, at_error}}}
 noise        {points, tokens: {NAME: deviation}}: standard deviations of a coordinate
-motion       {MACHINE: {hold, move, seconds, costs: {"STATE -> STATE": cost}}}
+motion       {MACHINE: {hold, move, crossing, seconds, costs: {"STATE -> STATE": cost}}}
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from gesturec.language.document import Mapping as MappingNode
 from gesturec.language.document import Node, Sequence, Text
 from gesturec.language.findings import Findings
 from gesturec.language.schema.leaf import wrong_kind
-from gesturec.profile.profile import Motion, Part, Profile, Take, Vector
+from gesturec.profile.profile import HeldOut, Motion, Part, Profile, Take, Vector
 
 LENGTHS: Final = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254}
 ANGLES: Final = {"deg": math.pi / 180, "rad": 1.0}
@@ -106,6 +107,7 @@ class _Reader:
             token_noise=self.token_noise(noise),
             motion=self.motion(),
             takes=tuple(self.takes()),
+            held_out=self.held_out(),
         )
         first = next(iter(root), None)
         return Located(profile, self.places, root.span if first is None else first.span)
@@ -246,11 +248,12 @@ class _Reader:
     def motion(self) -> dict[str, Motion]:
         found: dict[str, Motion] = {}
         for name, node in self.mappings(self.section(self.root, "motion")):
-            self.known(node, ("hold", "move", "seconds", "costs"), "a machine's `motion`")
+            self.known(node, ("hold", "move", "crossing", "seconds", "costs"), "a machine's `motion`")
             self.places["machine", str(name)] = name.span
             second = self.units["time"]
-            hold, move, seconds = (self.positive(node, key, second) for key in ("hold", "move", "seconds"))
-            found[str(name)] = Motion(hold, move, seconds or 0.0, self.costs(str(name), self.section(node, "costs")))
+            hold, move, crossing = (self.positive(node, key, second) for key in ("hold", "move", "crossing"))
+            seconds, costs = self.positive(node, "seconds", second), self.costs(str(name), self.section(node, "costs"))
+            found[str(name)] = Motion(hold, move, crossing, seconds or 0.0, costs)
         return found
 
     def costs(self, machine: str, node: MappingNode) -> dict[tuple[str, str], float]:
@@ -267,6 +270,13 @@ class _Reader:
                 self.places["arc", machine, source, target] = arc.span
                 found[source, target] = cost
         return found
+
+    def held_out(self) -> HeldOut | None:
+        """How frames that the fit did not use came out; for people."""
+        node = self.section(self.root, "held_out")
+        self.known(node, ("model", "profile"), "`held_out`")
+        model, profile = (self.positive(node, key, self.units["length"]) for key in ("model", "profile"))
+        return None if model is None or profile is None else HeldOut(model, profile)
 
     def takes(self) -> Iterator[Take]:
         """The recordings; they are for people."""

@@ -40,6 +40,9 @@ def _lines(profile: Profile) -> Iterator[str]:
             residual = "" if take.residual is None else f", residual: {number(take.residual * MM)}"
             counts = f"frames: {take.frames}, usable: {take.usable}, used: {take.used}"
             yield f"  - {{file: {quoted(take.name)}, {counts}{residual}}}"
+    if profile.held_out is not None:
+        model, own = (number(value * MM) for value in (profile.held_out.model, profile.held_out.profile))
+        yield f"held_out: {{model: {model}, profile: {own}}}"
     yield "body:"
     yield f"  scale: {number(profile.scale, 7)}"
     if profile.scale_error is not None:
@@ -75,7 +78,7 @@ def _motion(motions: Mapping[str, Motion]) -> Iterator[str]:
         yield "motion:"
     for machine, motion in motions.items():
         yield f"  {quoted(machine)}:"
-        for key in ("hold", "move", "seconds"):
+        for key in ("hold", "move", "crossing", "seconds"):
             if getattr(motion, key):
                 yield f"    {key}: {number(getattr(motion, key))}"
         if motion.costs:

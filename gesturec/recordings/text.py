@@ -88,7 +88,10 @@ def length_scale(stated: str | None, told: str | None, path: str, notes: list[st
     scale = metres_per(stated)
     if scale is None:
         if foreign:
-            notes.append(f"the file's unit, `{stated}`, is no length; taken as metres")
+            notes.append(
+                f"the file's unit, `{stated}`, is no length; taken as metres: the size says nothing, and where axes "
+                "have scales of their own (shares of a picture's width and height, relative depth) angles are skewed"
+            )
             return 1.0
         known = ", ".join(METRES)
         raise InputError(f"the file's unit, `{stated[:40]}`, is no length ({known}); --units says what it is", path)

@@ -41,6 +41,8 @@ def test_the_summary_is_json_and_the_profile_on_standard_output(folder: Path, ca
     facts = json.loads(output.err)
     assert facts["scale"] == pytest.approx(1, abs=0.05)
     assert facts["recordings"][0]["used"] <= 40
+    assert facts["held_out"]["profile"] > 0
+    assert any("NOT BETTER" in warning for warning in facts["warnings"])  # the take is of the model itself
 
 
 def test_settings_are_kept_in_the_profile(folder: Path, capsys: Capture) -> None:

@@ -10,8 +10,10 @@ import pytest
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.kinematics import chain_of, token_positions
-from gesturec.fit.adjust import Unknowns, all_angles, free_joints, normal_equations, residuals
+from gesturec.fit.adjust import Measured, Unknowns, adjust, all_angles, free_joints, normal_equations, residuals
+from gesturec.fit.errors import noise_directions, whiteners
 from gesturec.fit.frames import choose_frames, first_guess
+from gesturec.fit.motion import crossing_time
 from gesturec.fit.parameters import chain_at, lay_out
 from gesturec.fit.person import Fit, FitError, fit_profile
 from gesturec.profile.apply import turned, with_profile
@@ -104,6 +106,82 @@ def test_the_person_decodes_better_than_the_model(hand: Artifact, filmed: Filmed
     assert (fitted == truth).mean() > (plain == truth).mean()
 
 
+def test_frames_that_were_held_out_speak_for_the_person(fit: Fit) -> None:
+    held = fit.profile.held_out
+    assert held is not None
+    assert held.profile == pytest.approx(NOISE, rel=0.3)  # what is left has the noise, less what poses and angles take
+    assert held.model > 1.5 * held.profile
+
+
+def test_a_direction_that_is_noisy_counts_less(hand: Artifact, filmed: Filmed) -> None:
+    """Depth noise of 10 mm that the points' covariances tell spoils lengths less than one that nobody knows of."""
+    random = np.random.default_rng(4)
+    points = filmed.take.points.copy()
+    points[..., 2] += random.normal(0, 0.01, points.shape[:2])
+    spread = np.diag(np.array([NOISE, NOISE, 0.01]) ** 2)
+    told = np.broadcast_to(spread, (*points.shape, 3))
+    off = []
+    for covariance in (told, None):
+        take = replace(filmed.take, points=points, covariance=covariance)
+        frames = choose_frames(hand, [take], None, 60)
+        layout = lay_out(hand, np.ones(len(hand.manifest.tokens), dtype=bool))
+        joints = free_joints(layout, hand.columns["joint_low"], hand.columns["joint_high"], 60)
+        whitener = (
+            frames.whitener if covariance is not None else np.broadcast_to(np.eye(3), (*frames.measured.shape, 3))
+        )
+        found = adjust(layout, joints, Measured(frames.measured, whitener), first_guess(hand, frames.measured))
+        chain = chain_at(layout, found.parameters)
+        lengths = {name: np.linalg.norm(chain.joint_at[hand.manifest.joints.index(name)]) for name in LENGTHS}
+        off.append(max(abs(lengths[name] - length) for name, length in LENGTHS.items()))
+    assert off[0] < off[1]
+    assert off[0] < 0.0025  # 1 mm a coordinate across, in 60 frames that show each phalanx from some side
+
+
+def test_the_noises_directions_are_seen_in_a_take(hand: Artifact, filmed: Filmed) -> None:
+    points = filmed.take.points + np.random.default_rng(5).normal(0, 1, filmed.take.points.shape) * [0, 0, 0.008]
+    shape = noise_directions(filmed.take.time, points)
+    assert np.linalg.det(shape) == pytest.approx(1)
+    assert shape[2, 2] > 4 * max(shape[0, 0], shape[1, 1])
+    assert (noise_directions(filmed.take.time, filmed.take.points) == np.eye(3)).all()
+
+
+def test_whitened_errors_have_one_deviation_in_all_directions() -> None:
+    spread = np.diag([1e-6, 1e-6, 64e-6])[None, None]
+    matrix = whiteners([spread], [np.eye(3)], [np.ones((1, 1), dtype=bool)])[0, 0]
+    white = matrix @ spread[0, 0] @ matrix.T
+    assert white == pytest.approx(
+        np.eye(3) * 4e-6, rel=0.02, abs=1e-9
+    )  # 4e-6 m^2 is the geometric mean; the floor adds
+
+
+def test_with_covariances_the_noise_is_the_recordings_to_tell(hand: Artifact, filmed: Filmed) -> None:
+    covariance = np.broadcast_to(NOISE**2 * np.eye(3), (*filmed.take.points.shape, 3))
+    profile = fit_profile(hand, [replace(filmed.take, covariance=covariance)], most_frames=40).profile
+    assert profile.noise is None and not profile.token_noise
+
+
+def test_the_roots_tokens_do_not_move_as_one(fit: Fit) -> None:
+    """They define the frame: were it free, it would tilt until all angles were well inside their limits."""
+    layout, parameters = fit.layout, fit.adjusted.parameters
+    items = [item for item, place in enumerate(layout.places) if place.segment == 0 and place.tokens]
+    moved = np.array([layout.part(parameters, item) for item in items])
+    arm = np.array([layout.places[item].at for item in items])
+    arm -= arm.mean(axis=0)
+    turn = np.linalg.solve(sum(a @ a * np.eye(3) - np.outer(a, a) for a in arm), np.cross(arm, moved).sum(axis=0))
+    assert np.linalg.norm(moved.mean(axis=0)) < 0.001
+    assert np.degrees(np.linalg.norm(turn)) < 1
+
+
+def test_a_fast_mover_crosses_its_range_in_less_time(hand: Artifact) -> None:
+    """A finger that goes through its levels of pip every 50 ms, and one that takes 300 ms a level."""
+    tables = hand.machine(hand.manifest.machines.index("index"))
+    states = [tables.state_names.index(name) for name in ("0/0/0", "0/0/30", "0/0/60", "0/0/90")]
+    there_and_back = np.array((states + states[::-1]) * 10, dtype=np.int32)
+    fast, slow = (crossing_time(tables, [(np.arange(80) * dt, there_and_back)]) for dt in (0.05, 0.3))
+    assert fast == pytest.approx(0.15, abs=0.05)  # three levels at 50 ms, and one range at the usual pace
+    assert slow == pytest.approx(0.9, abs=0.05)
+
+
 def test_what_is_not_seen_stays_the_models(hand: Artifact, filmed: Filmed) -> None:
     names = filmed.take.names
     points = filmed.take.points.copy()
@@ -149,21 +227,22 @@ def test_the_normal_equations_are_the_costs_derivative(hand: Artifact, filmed: F
     layout = lay_out(hand, np.ones(len(hand.manifest.tokens), dtype=bool))
     limits = hand.columns["joint_low"] - 9, hand.columns["joint_high"] + 9
     joints = free_joints(layout, *limits, 1)
-    guess = first_guess(hand, frames.measured)
     random = np.random.default_rng(0)
+    whitener = np.eye(3) + 0.2 * random.normal(size=(*frames.measured.shape, 3))
+    measured = Measured(frames.measured, whitener)
+    guess = first_guess(hand, frames.measured)
     parameters = random.normal(0, 0.1, layout.size) * layout.deviation / layout.deviation.max()
     now = Unknowns(parameters, guess.rotation, guess.translation, guess.angles[:, joints.ids] + 0.1)
     weight = np.ones(frames.measured.shape[:2])
-    normal = normal_equations(layout, joints, now, frames.measured, weight, 1.0)
+    normal = normal_equations(layout, joints, now, measured, weight, 1.0)
     for parameter in range(0, layout.size, 5):
         step = np.zeros(layout.size)
         step[parameter] = 1e-6
         ahead, behind = (
-            residuals(layout, joints, replace(now, parameters=parameters + sign * step), frames.measured)
-            for sign in (1, -1)
+            residuals(layout, joints, replace(now, parameters=parameters + sign * step), measured) for sign in (1, -1)
         )
         slope = -((ahead**2).sum() - (behind**2).sum()) / 4e-6
-        prior = parameters[parameter] / layout.deviation[parameter] ** 2
+        prior = (layout.precision @ parameters)[parameter]
         assert normal.a_vector[parameter] + prior == pytest.approx(slope, rel=1e-4, abs=1e-8)
 
 

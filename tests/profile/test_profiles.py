@@ -16,7 +16,7 @@ from gesturec.artifact.store import read_artifact, write_artifact
 from gesturec.compile import compile_model, findings_of
 from gesturec.language.findings import Findings
 from gesturec.profile.apply import with_profile
-from gesturec.profile.profile import Motion, Part, Profile, Take
+from gesturec.profile.profile import HeldOut, Motion, Part, Profile, Take
 from gesturec.profile.read import read_profile
 from gesturec.profile.write import profile_text
 from gesturec.shipped import shipped_models
@@ -40,8 +40,9 @@ def full_profile(artifact: Artifact) -> Profile:
         tokens={"index_base": Part((0.09, 0.001, 0.03), (1e-3, 1e-3, 1e-3))},
         noise=0.0012,
         token_noise={"index.tip": 0.0015},
-        motion={"index": Motion(0.5, 0.25, 12.0, {(names[0], names[1]): 1.5})},
+        motion={"index": Motion(0.5, 0.25, 0.4, 12.0, {(names[0], names[1]): 1.5})},
         takes=(Take("a take.npz", 100, 90, 45, 0.0011),),
+        held_out=HeldOut(0.0031, 0.0012),
     )
 
 
@@ -127,6 +128,9 @@ WRONG = {
     "an unknown unit": ("DIGEST\nunits: {length: yard}", "bad-choice", 3),
     "a list for a mapping": ("DIGEST\nbody: [1, 2]", "wrong-kind", 3),
     "a null": ("DIGEST\nbody: {scale: }", "null-value", 3),
+    "a pace below zero": ("DIGEST\nmotion: {index: {crossing: -1}}", "value-out-of-range", 3),
+    "held-out frames that are no mapping": ("DIGEST\nheld_out: 3", "wrong-kind", 3),
+    "a key of held-out frames that there is not": ("DIGEST\nheld_out: {modle: 3}", "unknown-key", 3),
     "not YAML": ("DIGEST\nbody: {scale: [}", "bad-yaml", 3),
 }
 
