@@ -96,7 +96,8 @@ class Loader:
                     known = sorted(INCLUDED_KEYS)
                     help = did_you_mean(key, known)
                     self.findings.report("unknown-key", f"an included file has no key `{key}`", key.span, "", help)
-        block = ModelFile.model_validate(root, context={"findings": self.findings})
+        block = ModelFile.read(root, self.findings)
+        assert block is not None
         return ModelPart(block, units_of(block), document.source, document.digest, path)
 
     def check_version(self, root: Mapping) -> bool:

@@ -1,8 +1,8 @@
 """Leaves of the schema: what one value of the language may look like, declared beside what editors are told.
 
 A leaf stays the document's node, with its place; its text is parsed where its names are known. Here only its form
-is checked: a text, a list of three, one of a few words. Wrong forms are reported to the `Findings` in the
-validation's context and become None, so that one wrong value never hides another.
+is checked: a text, a list of three, one of a few words. Wrong forms are reported and become None, so that one wrong
+value never hides another.
 """
 
 from __future__ import annotations
@@ -11,9 +11,6 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Final
-
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import core_schema
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.suggest import did_you_mean
@@ -66,18 +63,11 @@ class Leaf:
     json: Json = field(default_factory=lambda: {"type": "string"})
     passes: bool = True  # whether `$name` may stand for it
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.with_info_plain_validator_function(self.validate)
-
-    def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> Json:
-        return dict(self.json)
-
-    def validate(self, node: Any, info: core_schema.ValidationInfo) -> Node | None:
+    def read(self, node: Any, findings: Findings) -> Node | None:
         """The node, or None if it is reported."""
-        assert info.context is not None
         if node is None or (self.passes and is_passed(node)):
             return node  # type: ignore[no-any-return]
-        return node if self.test(node, info.context["findings"]) else None
+        return node if self.test(node, findings) else None
 
 
 def every(tests: Iterable[bool]) -> bool:
