@@ -103,6 +103,10 @@ class Reader:
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             place = self.at(mark.index if mark else 0)
+            if "nesting depth" in str(error.problem):  # the C parser's own limit, which reads ahead of ours
+                found = "values nested deeper than YAML is read"
+                self.findings.add(limit_finding("the file", found, "depth", self.limits.depth, place))
+                raise StopReading from None
             problem, help = self.told(place, str(error.problem or error.context))
             self.stop("bad-yaml", f"this is not YAML: {problem}", place, help)
         except yaml.reader.ReaderError as error:
