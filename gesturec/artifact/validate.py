@@ -133,9 +133,9 @@ def _rises_in_ranges(values: Array, starts: Array, counts: Array) -> bool:
 
 def _check_fine_levels(columns: Columns) -> None:
     for joint, (start, count) in enumerate(zip(columns["joint_fine_start"], columns["joint_fine_count"], strict=True)):
-        levels = columns["fine_level"][start : start + count]
-        whole = np.arange(columns["joint_level_count"][joint])
-        require(np.array_equal(np.unique(levels), whole), "`fine_level` has not a part of every level")
+        levels = set(columns["fine_level"][start : start + count].tolist())
+        whole = set(range(int(columns["joint_level_count"][joint])))
+        require(levels == whole, "`fine_level` has not a part of every level")
 
 
 def _check_parents(columns: Columns) -> None:
@@ -215,7 +215,9 @@ def _check_rows(rows: Array, targets: Array, n_state: int) -> None:
     own = targets[rows[0] : rows[-1]]
     require(not len(own) or own.max() < n_state, "a transition leads to a state that there is not")
     falls = np.flatnonzero(own[1:] <= own[:-1]) + 1  # allowed where a row begins
-    require(np.isin(falls, rows - rows[0]).all(), "successors do not rise within a row")
+    is_start = np.zeros(len(own) + 1, bool)
+    is_start[rows - rows[0]] = True
+    require(is_start[falls].all(), "successors do not rise within a row")
 
 
 def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:
