@@ -22,7 +22,7 @@ from gesturec.checks.parameters import SCALE, Settled, settle
 from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_poses
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
-from gesturec.checks.suspicions import is_misspelt, warn_of_root
+from gesturec.checks.suspicions import is_misspelt, warn_of_empty, warn_of_root
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
@@ -166,6 +166,7 @@ def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
         if given is not None and not given.is_used and name != SCALE and not is_misspelt(name, findings):
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
     warn_of_root(body, findings)
+    warn_of_empty(body, findings)
     for limb in blind_limbs(body):
         message = f"no token of machine `{limb.name}` can be measured, so its states cannot be told apart"
         findings.report("no-visible-token", message, limb.span)

@@ -14,6 +14,7 @@ from gesturec.checks.body import BodyArc, BodyCell, BodyDwell, BodyLimb, BodyMac
 from gesturec.checks.configuration import joint_wishes, limb_entries
 from gesturec.checks.cycles import build_curve
 from gesturec.checks.environment import Environment
+from gesturec.checks.plausible import LONGEST_PAUSE, LONGEST_TICK, suspect_time
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
@@ -150,6 +151,7 @@ def set_steps(
         if step in ("adjacent", "single", "any") and not (source is top and machine.kind == "states"):
             machine.step = str(step)  # type: ignore[assignment]
         tick = values.positive(source.tick, environment, TIME)
+        suspect_time(source.tick, environment, (tick,), LONGEST_TICK)
         machine.tick = tick if tick is not None else machine.tick
 
 
@@ -284,4 +286,5 @@ def dwell_interval(node: Text, environment: Environment) -> tuple[float, float] 
     if found is not None and (found[0] < 0 < found[1] - found[0] and found[0] != -float("inf")):
         environment.findings.report("value-out-of-range", "a time is not below zero", node.span)
         return None
+    suspect_time(node, environment, found or (), LONGEST_PAUSE)
     return None if found is None else (max(0.0, found[0]), found[1])

@@ -12,6 +12,7 @@ from typing import Any
 from gesturec.checks import values
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.environment import Environment
+from gesturec.checks.plausible import LONGEST_WAY, suspect_time
 from gesturec.checks.names import tokens_of
 from gesturec.checks.poses import Poses
 from gesturec.diagnostics.suggest import did_you_mean
@@ -41,10 +42,12 @@ def test_of(
     if share is not None and share > 1 and block.within_level is not None:
         message = f"`{block.within_level}` is more than all; a share is written `99 %`"
         environment.findings.report("value-out-of-range", message, block.within_level.span)
+    duration = values.positive(block.duration, environment, TIME)
+    suspect_time(block.duration, environment, (duration,), LONGEST_WAY)
     return {
         "name": str(block.name) if block.name is not None else f"test {number}",
         "path": path_of(block, poses, environment),
-        "duration": values.positive(block.duration, environment, TIME) or DURATION,
+        "duration": duration or DURATION,
         "rate": rate_of(block.rate, environment),
         "noise": values.positive(block.noise, environment, LENGTH, zero=True) or 0.0,
         "hide": hidden(block, body, environment),

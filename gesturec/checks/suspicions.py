@@ -1,4 +1,4 @@
-"""What of a body is legal and probably not meant: about its root's tokens and its parameters.
+"""What of a body is legal and probably not meant: about its root's tokens, its parameters, and what says nothing.
 
 In: the resolved body and the findings so far. Out: warnings, and none that only repeats an error in the same place:
 what is misspelt is neither missing nor unused.
@@ -7,13 +7,14 @@ what is misspelt is neither missing nor unused.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import Final
 
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.rotations import Vector, add, cross, scaled, unit
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import nearest
+from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
 
 # Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
@@ -38,7 +39,29 @@ def warn_of_root(body: ResolvedBody, findings: Findings) -> None:
         findings.report("few-root-tokens", message, span, "all in one line", "put one of them off the line")
 
 
-def are_in_line(places: Sequence[Vector]) -> bool:
+def warn_of_empty(body: ResolvedBody, findings: Findings) -> None:
+    """Warn of mappings and lists with nothing in them, unless something was said of them already."""
+    told = {(found.span.source.name, found.span.start) for found in findings.found.values() if found.span is not None}
+    for part in body.model.parts:
+        for key, node in empty_values(part.block.written):
+            if not told & {(span.source.name, span.start) for span in (key.span, node.span)}:
+                message = f"there is nothing in `{key}`, so it says nothing"
+                findings.report("empty-value", message, key.span, "empty", "fill it, or leave it out")
+
+
+def empty_values(mapping: Mapping) -> Iterator[tuple[Text, Node]]:
+    """Keys whose values are empty mappings or lists, at any depth."""
+    for key, node in mapping.items():
+        if key.startswith("x-") or isinstance(node, Text):
+            continue
+        if not node:
+            yield key, node
+        for inner in node if isinstance(node, Sequence) else (node,):
+            if isinstance(inner, Mapping):
+                yield from empty_values(inner)
+
+
+def are_in_line(places: list[Vector]) -> bool:
     """Whether points lie on one line, or all in one place."""
     first = places[0]
     offsets = [add(place, scaled(first, -1.0)) for place in places]

@@ -62,6 +62,11 @@ class Block:
         return head_of(self._mapping)
 
     @property
+    def written(self) -> Mapping:
+        """The language's keys here with their values as written."""
+        return self._mapping
+
+    @property
     def further(self) -> Mapping:
         """The author's keys beside the language's, where `open_keys`."""
         return self._further
