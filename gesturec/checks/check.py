@@ -33,6 +33,10 @@ from gesturec.language.findings import Findings
 from gesturec.language.model import Model
 from gesturec.language.schema.blocks import JointEntry
 
+# Rules about a text by itself.
+OF_WRITING = frozenset(
+    ("bad-expression", "bad-pattern", "bad-interval", "bad-arc", "bad-number", "unknown-unit", "unknown-function")
+)
 NO_SETTINGS: Mapping[str, object] = {}
 
 
@@ -52,12 +56,22 @@ def resolve_model(
     for finding in model.findings:
         findings.add(finding)
     try:
-        return resolved_body(model, settings, profile, findings), findings
+        body = resolved_body(model, settings, profile, findings)
+        return body, certain(findings, model) if model.broken else findings
     except RecursionError:
         # What may nest has limits; this is for what nests through several kinds of names at once.
         message = "names are defined by other names too deep to be followed"
         findings.report("limit-exceeded", message, place_of_start(model.main.source))
         raise ModelError(findings.sorted()) from None
+
+
+def certain(findings: Findings, model: Model) -> Findings:
+    """What is wrong whatever the sections say that could not be read: how something is written, not what it names."""
+    kept = Findings()
+    for finding in findings.sorted():
+        if finding in model.findings or finding.rule in OF_WRITING:
+            kept.add(finding)
+    return kept
 
 
 def resolved_body(

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from gesturec.checks import values
 from gesturec.checks.body import BodyGesture, BodyLimb, ResolvedBody
 from gesturec.checks.environment import Environment
-from gesturec.checks.plausible import LONGEST_PAUSE, suspect_time
 from gesturec.checks.order import inner_first
+from gesturec.checks.plausible import LONGEST_PAUSE, suspect_time
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree

@@ -15,7 +15,7 @@ from gesturec.checks.environment import Environment
 from gesturec.checks.plausible import suspect_angles
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
-from gesturec.language.document import Mapping, Node, Sequence, Text
+from gesturec.language.document import Mapping, Node, Sequence
 from gesturec.language.expressions.units import ANGLE, LENGTH, Kind, Units
 from gesturec.language.schema.blocks import JointEntry
 from gesturec.language.schema.leaf import wrong_kind

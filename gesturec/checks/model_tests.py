@@ -12,8 +12,8 @@ from typing import Any
 from gesturec.checks import values
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.environment import Environment
-from gesturec.checks.plausible import LONGEST_WAY, suspect_time
 from gesturec.checks.names import tokens_of
+from gesturec.checks.plausible import LONGEST_WAY, suspect_time
 from gesturec.checks.poses import Poses
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Sequence, Text

@@ -69,8 +69,9 @@ Node: TypeAlias = Text | Sequence | Mapping
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """One file that was read: its source, its sha256, and its mapping."""
+    """One file that was read: its source, its sha256, and its mapping, without its `broken` sections if it has some."""
 
     source: Source
     digest: str
     root: Mapping
+    broken: bool = False

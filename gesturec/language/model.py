@@ -37,6 +37,7 @@ class Model:
     includes: tuple[ModelPart, ...] = ()
     bodies: dict[str, BodyModel] = field(default_factory=dict)
     findings: tuple[Diagnostic, ...] = ()
+    broken: bool = False  # whether some section of a file is not YAML, and is not here
 
     @property
     def parts(self) -> tuple[ModelPart, ...]:

@@ -67,7 +67,9 @@ def parse(text: str, start: str, builder: Any) -> Any:
         The text is none of the grammar.
     """
     first, last = STARTS[start]
-    states, values, at = [first], [], 0
+    states = [first]
+    values: list[Any] = []
+    at = 0
     while True:
         token = next_token(text, at, states)
         at = token.end_pos
