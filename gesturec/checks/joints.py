@@ -69,7 +69,8 @@ def report_rivals(entry: JointEntry, environment: Environment) -> None:
 def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels: Units) -> dict[str, Any]:
     """The fields of a `BodyJoint` about its values; `follows` is typed later, when all joints are known."""
     report_rivals(entry, environment)
-    limits = values.interval(entry.range, environment, kind)
+    is_spaced = entry.has("every") or entry.has("count")
+    limits = values.interval(entry.range, environment, kind, may_be_point=not is_spaced)
     low, high = limits or (-INFINITE, INFINITE)
     if entry.range is not None:
         suspect_angles(entry.range, environment, kind, (low, high))
@@ -77,11 +78,11 @@ def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels
     fields: dict[str, Any] = {"source": source_of(entry), "low": low, "high": high, "wrap": wrap}
     if entry.levels is not None:
         fields["levels"] = listed_levels(entry.levels, environment, kind, labels, (low, high))
-    elif entry.has("range") and (entry.has("every") or entry.has("count")) and math.isfinite(high - low):
+    elif entry.has("range") and is_spaced and math.isfinite(high - low):
         fields["levels"] = spaced_levels(entry, environment, kind, labels, (low, high))
         if wrap and is_full_turn(entry, environment, kind, low, high):
             fields["levels"] = fields["levels"][:-1]
-    elif limits is not None and entry.range is not None and (entry.has("every") or entry.has("count")):
+    elif limits is not None and entry.range is not None and is_spaced:
         environment.findings.report("bad-interval", "levels need a range with both ends", entry.range.span)
     fields |= further_fields(entry, kind, environment)
     return fields
@@ -144,6 +145,10 @@ def listed_levels(
         return ()
     if not pairs:
         environment.findings.report("too-few-levels", "a quantised joint needs at least one level", found.span)
+    for key in found if isinstance(found, Mapping) else ():
+        if key == "any":  # which stands for every value of a joint in a configuration map
+            message = "`any` is a word of configuration maps and names no level"
+            environment.findings.report("reserved-name", message, key.span)
     numbers = [(name, values.number(item, environment, kind), item.span) for name, item in pairs]
     known = [(name, value, span) for name, value, span in numbers if value is not None]
     report_order(known, isinstance(found, Mapping), environment, limits, kind, labels)
@@ -166,7 +171,8 @@ def report_order(
     """Report a level that does not rise above the one before, or that lies outside the range."""
     ordered = sorted(known, key=lambda item: item[1]) if is_named else known
     for (_, before, span), (_, value, place) in pairwise(ordered):
-        if value <= before + SAME * max(abs(before), abs(value)):
+        same = label_of(value, kind, labels) == label_of(before, kind, labels)
+        if same or value <= before + SAME * max(abs(before), abs(value)):
             message = f"levels rise, and {label_of(value, kind, labels)} comes after {label_of(before, kind, labels)}"
             related = (Related("not above this", span),)
             environment.findings.report("levels-not-rising", message, place, "does not rise", None, related)

@@ -15,6 +15,7 @@ from gesturec.checks.environment import Environment
 from gesturec.checks.names import tokens_of
 from gesturec.checks.plausible import LONGEST_WAY, suspect_time
 from gesturec.checks.poses import Poses
+from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Sequence, Text
 from gesturec.language.expressions.units import FREQUENCY, LENGTH, PURE, TIME
@@ -44,6 +45,7 @@ def test_of(
         environment.findings.report("value-out-of-range", message, block.within_level.span)
     duration = values.positive(block.duration, environment, TIME)
     suspect_time(block.duration, environment, (duration,), LONGEST_WAY)
+    refuse_both(block, environment)
     return {
         "name": str(block.name) if block.name is not None else f"test {number}",
         "path": path_of(block, poses, environment),
@@ -56,6 +58,16 @@ def test_of(
         "within_level": share,
         "line": block.start.line,
     }
+
+
+def refuse_both(block: ModelTest, environment: Environment) -> None:
+    """Report a gesture that must come out and must not."""
+    expected = {str(item): item for item in block.expect or () if isinstance(item, Text)}
+    for item in block.never or ():
+        if isinstance(item, Text) and item in expected:
+            related = (Related("expected here", expected[item].span),)
+            message = f"`{item}` must come out, and must not"
+            environment.findings.report("conflicting-keys", message, item.span, "", None, related)
 
 
 def rate_of(node: Text | None, environment: Environment) -> float:

@@ -19,6 +19,8 @@ from gesturec.language.findings import Findings
 
 # Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
 FEWEST_ROOT_TOKENS: Final = 3
+# Keys of which an error says that they are empty.
+SAID_ELSEWHERE: Final = frozenset(("states", "machine"))
 # Points that are nowhere farther from a line than this share of their length leave the turn about it to the noise.
 IN_LINE: Final = 1e-3
 
@@ -43,20 +45,24 @@ def warn_of_empty(body: ResolvedBody, findings: Findings) -> None:
     """Warn of mappings and lists with nothing in them, unless something was said of them already."""
     told = {(found.span.source.name, found.span.start) for found in findings.found.values() if found.span is not None}
     for part in body.model.parts:
-        for key, node in empty_values(part.block.written):
-            if not told & {(span.source.name, span.start) for span in (key.span, node.span)}:
+        for key, node, span in empty_values(part.block.written):
+            if not told & {(place.source.name, place.start) for place in (key.span, node.span)}:
                 message = f"there is nothing in `{key}`, so it says nothing"
-                findings.report("empty-value", message, key.span, "empty", "fill it, or leave it out")
+                if span is node.span:
+                    message = f"an item of `{key}` is empty and says nothing"
+                findings.report("empty-value", message, span, "empty", "fill it, or leave it out")
 
 
-def empty_values(mapping: Mapping) -> Iterator[tuple[Text, Node]]:
-    """Keys whose values are empty mappings or lists, at any depth."""
+def empty_values(mapping: Mapping) -> Iterator[tuple[Text, Node, Span]]:
+    """Keys with values that are empty mappings or lists, or lists of such, at any depth; and where that is told."""
     for key, node in mapping.items():
         if key.startswith("x-") or isinstance(node, Text):
             continue
-        if not node:
-            yield key, node
+        if not node and not getattr(node, "holes", ()) and key not in SAID_ELSEWHERE:
+            yield key, node, key.span
         for inner in node if isinstance(node, Sequence) else (node,):
+            if inner is not node and not isinstance(inner, Text) and not inner and not getattr(inner, "holes", ()):
+                yield key, inner, inner.span
             if isinstance(inner, Mapping):
                 yield from empty_values(inner)
 

@@ -40,6 +40,7 @@ WORDS_BETWEEN: Final = (("and", "or", "if", "else", "for", "in"), ("for", "withi
 MEANT: Final = {
     "=": "==",
     "=>": ">=",
+    "is": "==",
     "&&": "and",
     "||": "or",
     "!": "not",
@@ -49,10 +50,13 @@ MEANT: Final = {
     "{": "(",
     "}": ")",
 }
+# In an arc.
+MEANT_IN_ARC: Final = {"=>": "->", "<=>": "<->", "-->": "->", "- >": "->", "--": "<->"}
 # In a pattern.
 MEANT_IN_PATTERN: Final = {"=>": "->", "- >": "->", "&&": "&", "||": "|", "!": "not", "and": "&", "or": "|"}
+MEANT_IN: Final = {"pattern": MEANT_IN_PATTERN, "arc": MEANT_IN_ARC}
 COMPARISONS: Final = frozenset(("<", "<=", "=", "==", "!=", ">=", ">"))
-WRONG_WORD: Final = re.compile(r"=>|-\s+>|&&|\|\||\w+|.", re.DOTALL)
+WRONG_WORD: Final = re.compile(r"<=>|=>|-->|--|-\s+>|&&|\|\||\w+|.", re.DOTALL)
 
 DECIMAL_COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
@@ -157,7 +161,7 @@ def _meant(word: str, start: str) -> str | None:
     word = re.sub(r"\s+", " ", word)
     if start == "pattern" and word in COMPARISONS:
         return "a comparison stands in brackets, as in `[index.mcp >= 60]`"
-    meant = MEANT_IN_PATTERN.get(word) if start == "pattern" else MEANT.get(word)
+    meant = MEANT_IN.get(start, MEANT).get(word)
     return f"write `{meant}`" if meant else None
 
 
@@ -184,12 +188,20 @@ def _odd_token(place: Place, start: str, token: Token, expected: set[str]) -> Di
         help = "`+-` is a tolerance; put a space into `+ -`"
     if wanted == "an operator or the end" and token.type in ("NAME", "NUMBER"):
         wanted = "an operator before it"
-    near = nearest(word, WORDS_BETWEEN[start == "pattern"]) if word.isidentifier() else None
+    if help is None and (before := _word_in_capitals(place.text[:at])) is not None:
+        help = f"words of the language are written small: `{before}`"
+    near = None if help else nearest(word, WORDS_BETWEEN[start == "pattern"]) if word.isidentifier() else None
     if near is not None:
         help = f"did you mean `{near}`?"
     return Diagnostic(
         rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help
     )
+
+
+def _word_in_capitals(before: str) -> str | None:
+    """The keyword that a text ends with in capitals, written small."""
+    found = re.search(r"([A-Z]+)\s*\Z", before)
+    return found[1].lower() if found is not None and found[1].lower() in KEYWORDS else None
 
 
 def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[str]) -> Diagnostic:

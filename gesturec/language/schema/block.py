@@ -31,6 +31,7 @@ class Block:
     required: ClassVar[tuple[str, ...]] = ()
     one_of: ClassVar[tuple[str, ...]] = ()  # exactly one of these keys
     open_keys: ClassVar[bool] = False  # whether further keys are the author's arguments
+    meant: ClassVar[dict[str, str]] = {}  # what another block calls a key of this one
     short: ClassVar[str | None] = None  # the key that a value which is no mapping stands for
 
     fields: ClassVar[dict[str, Form]] = {}  # by attribute, in the order of declaration
@@ -126,11 +127,11 @@ class Block:
                 continue
             if key.startswith("x-"):
                 continue
-            near = nearest(key, absent)
+            near = cls.meant[key] if cls.meant.get(key) in absent else nearest(key, absent)
             if cls.open_keys and near not in (*cls.required, *cls.one_of):
                 further[key] = value
                 continue
-            report_unknown_key(cls.what(), key, absent if near else known, findings)
+            report_unknown_key(cls.what(), key, [near] if near else known, findings, near)
             if near is None:
                 further[key] = value
             else:
@@ -170,9 +171,12 @@ def head_of(mapping: Mapping) -> Span:
     return next(iter(mapping)).span if mapping else mapping.span
 
 
-def report_unknown_key(what: str, key: Text, known: Iterable[str], findings: Findings) -> None:
+def report_unknown_key(
+    what: str, key: Text, known: Iterable[str], findings: Findings, meant: str | None = None
+) -> None:
     """Report a key that is not of the language here."""
-    findings.report("unknown-key", f"{a(what)} has no key `{key}`", key.span, "unknown key", did_you_mean(key, known))
+    help = did_you_mean(key, known) if meant is None else f"did you mean `{meant}`?"
+    findings.report("unknown-key", f"{a(what)} has no key `{key}`", key.span, "unknown key", help)
 
 
 def report_conflict(data: Mapping, first: str, second: str, findings: Findings) -> None:

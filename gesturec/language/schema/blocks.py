@@ -151,6 +151,7 @@ class Cycle(Block):
     """A closed path through configuration space."""
 
     required = ("period", "samples", "keys")
+    meant: ClassVar[dict[str, str]] = {"duration": "period"}
     period: leaves.Interval = None
     """Shortest to longest time of one round."""
     samples: leaves.Number = None
@@ -165,6 +166,7 @@ class Path(Block):
     """An open path through configuration space."""
 
     required = ("duration", "samples", "keys")
+    meant: ClassVar[dict[str, str]] = {"period": "duration"}
     duration: leaves.Interval = None
     """Shortest to longest time of the whole way."""
     samples: leaves.Number = None

@@ -23,6 +23,8 @@ Test = Callable[[Any, Findings], bool]
 PASSED: Final = re.compile(r"\$[A-Za-z_][A-Za-z0-9_]*\Z")
 NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 PATH: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*\Z")
+# What is written as a text, and may begin as a list or mapping of YAML does.
+QUOTED: Final = frozenset(("an expression", "a gesture pattern"))
 RESERVED: Final = frozenset(
     ("and", "or", "not", "if", "else", "for", "in", "true", "false", "within", "root", "world", "prev", "next", "when")
 )
@@ -42,9 +44,11 @@ def kind_of(node: object) -> str:
 
 def wrong_kind(node: Any, wanted: str, findings: Findings) -> None:
     """Report a node of the wrong form."""
-    findings.report(
-        "wrong-kind", f"{wanted} is wanted here, and this is {kind_of(node)}", first_line(node), f"not {wanted}"
-    )
+    message = f"{wanted} is wanted here, and this is {kind_of(node)}"
+    begins = node.span.text[:1]
+    is_text = wanted in QUOTED and not isinstance(node, Text) and begins in ("[", "{")
+    help = f"a text that begins with `{begins}` is put in quotes" if is_text else None
+    findings.report("wrong-kind", message, first_line(node), f"not {wanted}", help)
 
 
 def first_line(node: Any) -> Any:
@@ -248,7 +252,7 @@ def is_members(node: Any, findings: Findings) -> bool:
 def is_bound_tokens(node: Any, findings: Findings) -> bool:
     """`{OURS: THEIRS}` or a list of ours."""
     if isinstance(node, Sequence):
-        return is_names(node, findings)
+        return is_members(node, findings)
     if not isinstance(node, Mapping):
         wrong_kind(node, "tokens with the names that another tool gives them", findings)
         return False
