@@ -150,14 +150,14 @@ def flatten(
     for item in node if isinstance(node, Sequence) else ():
         if not isinstance(item, Text):
             continue
-        if item in (*above, name) and item not in body.limbs:
+        if item in (*above, name) and item in body.limbs:  # which is reported as two things of one name
+            members.append(str(item))
+        elif item in (*above, name):
             findings.report(
                 "circular-reference", f"group `{item}` is a member of itself", item.span, "closes the circle"
             )
         elif item in groups:
             members += flatten(str(item), groups, body, done, (*above, name), findings)
-        elif item in body.limbs and item == name:  # which is reported as two things of one name
-            continue
         elif member_kind(body, item) is None:
             report_member(body, name, item, list(groups), findings)
         else:
