@@ -61,7 +61,7 @@ class Mapping(dict["Text", "Node"]):
 
     def key(self, name: str) -> Text | None:
         """The key of this name with its place, or None."""
-        return next((key for key in self if key == name), None)
+        return next((key for key in self if key == name), None) if name in self else None
 
 
 Node: TypeAlias = Text | Sequence | Mapping

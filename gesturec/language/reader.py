@@ -22,6 +22,9 @@ from gesturec.language.findings import Findings
 from gesturec.language.limits import DEFAULT_LIMITS, Limits
 from gesturec.language.recovery import Section, sections_of, without
 
+# Each section of a broken text is parsed by itself; a model has twenty, and more text than this is no author's.
+MOST_SECTIONS = 60
+LONGEST_RECOVERED = 200_000  # characters
 NULLS = frozenset(("", "~", "null", "Null", "NULL"))
 # What begins as a number does, and is no key of the language or of the author's.
 NUMBER = re.compile(r"[-+.]?[0-9]")
@@ -83,6 +86,8 @@ def read_sections(source: Source, error: Diagnostic, limits: Limits) -> tuple[Ma
     """The mapping of those sections that are YAML by themselves; None where that is not all that is wrong."""
     text, findings = source.text, Findings()
     sections = sections_of(text)
+    if len(sections) > MOST_SECTIONS or len(text) > LONGEST_RECOVERED:
+        return None
     faults = [(section, fault_alone(source, sections, section, limits)) for section in sections]
     broken = [(section, fault) for section, fault in faults if fault is not None]
     before = [section for section, _ in broken if error.span is not None and section.start <= error.span.start]

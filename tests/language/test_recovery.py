@@ -63,10 +63,10 @@ def test_other_sections_are_read(changes: list[tuple[str, str]], expected: list[
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.name)
 def test_nothing_is_made_up_whichever_section_is_broken(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
-    for section in sections_of(text):
-        for slip in (" [\n", ' "\n', "\n\t- x\n"):
-            broken = text[: section.start] + f"{section.key}:{slip}" + text[section.start :].partition("\n")[2]
-            assert {finding.rule for finding in findings_of(Source("m.yaml", broken))} == {"bad-yaml"}, section.key
+    for number, section in enumerate(sections_of(text)):
+        slip = (" [\n", ' "\n', "\n\t- x\n")[number % 3]
+        broken = text[: section.start] + f"{section.key}:{slip}" + text[section.start :].partition("\n")[2]
+        assert {finding.rule for finding in findings_of(Source("m.yaml", broken))} == {"bad-yaml"}, section.key
 
 
 def test_an_included_file_is_read_in_its_sections(tmp_path: Path) -> None:
@@ -75,6 +75,14 @@ def test_an_included_file_is_read_in_its_sections(tmp_path: Path) -> None:
     (tmp_path / "part.yaml").write_text(part, encoding="utf-8")
     told = [(finding.rule, finding.span.line if finding.span else 0) for finding in findings_of(tmp_path / "m.yaml")]
     assert ("unknown-key", 4) in told and ("bad-yaml", 3) in told
+
+
+@pytest.mark.parametrize(
+    "more", ["".join(f"k{i}: 1\n" for i in range(20_000)), "x-a: " + "[1, 2], " * 40_000 + "\n"], ids=["keys", "text"]
+)
+def test_a_large_broken_file_is_not_searched(more: str) -> None:
+    told = [finding.rule for finding in findings_of(Source("m.yaml", MODEL + more + 'z: "\n'))]
+    assert told in (["bad-yaml"], ["limit-exceeded"])
 
 
 def test_places_stay_where_they_were() -> None:
