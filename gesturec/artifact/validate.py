@@ -216,7 +216,9 @@ def _check_rows(rows: Array, targets: Array, n_state: int) -> None:
     own = targets[rows[0] : rows[-1]]
     require(not len(own) or own.max() < n_state, "a transition leads to a state that there is not")
     falls = np.flatnonzero(own[1:] <= own[:-1]) + 1  # allowed where a row begins
-    require(np.isin(falls, rows - rows[0]).all(), "successors do not rise within a row")
+    is_start = np.zeros(len(own) + 1, bool)
+    is_start[rows - rows[0]] = True
+    require(is_start[falls].all(), "successors do not rise within a row")
 
 
 def _check_relations(columns: Columns, sizes: Mapping[str, int]) -> None:

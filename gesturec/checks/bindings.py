@@ -66,7 +66,8 @@ def check_token(ours: Text, tokens: dict[str, BodyToken], body: ResolvedBody, fi
     token = tokens.get(ours)
     if token is None:
         limb = body.limbs.get(ours.partition(".")[0])
-        if limb is None or not limb.is_hole:
+        is_hole = body.root_is_hole if "." not in ours else limb is not None and limb.is_hole
+        if not is_hole:
             help = did_you_mean(ours, tokens)
             findings.report("unknown-token", f"there is no token `{ours}` to bind", ours.span, "no such token", help)
         return False

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from gesturec.checks.environment import Environment
 from gesturec.checks.rotations import Matrix, Vector
 from gesturec.diagnostics.source import Span
+from gesturec.language.document import Mapping
 from gesturec.language.expressions.scope import Scope
 from gesturec.language.expressions.units import ANGLE, LENGTH, Kind
 from gesturec.language.model import Model
@@ -156,6 +157,7 @@ class BodyState:
     cells: tuple[BodyCell, ...]
     span: Span
     is_hole: bool = False  # its map is wrong, which is reported
+    wrong: frozenset[tuple[str, str]] = frozenset()  # joints of which it says something wrong, which is reported
 
 
 @dataclass(frozen=True, slots=True)
@@ -300,6 +302,7 @@ class ResolvedBody:
     flip: int | None = None  # axis of the file's mirror, if this is the other side
     limbs: dict[str, BodyLimb] = field(default_factory=dict)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    mixed_groups: set[str] = field(default_factory=set)  # which are reported: say nothing more about them
     root_tokens: dict[str, BodyToken] = field(default_factory=dict)
     machines: dict[str, BodyMachine] = field(default_factory=dict)
     constraints: list[BodyConstraint] = field(default_factory=list)
@@ -317,3 +320,12 @@ class ResolvedBody:
         """Every machine by its full name, those of several bodies too."""
         inner = (f"{name}.{machine}" for name, part in self.parts.items() for machine in part.body.machine_names())
         return (*self.machines, *inner)
+
+    @property
+    def root_is_hole(self) -> bool:
+        """Whether the root or its tokens are wrong, which is reported: say nothing more of their names."""
+        file = self.model.main.block
+        if file.root is None:
+            return not file.has("bodies")
+        tokens = [node for key, node in file.root.written.items() if key == "tokens"]
+        return file.root.is_hole("tokens") or not all(isinstance(node, Mapping) for node in tokens)

@@ -111,7 +111,7 @@ def axis_of(node: Node | None, environment: Environment) -> Vector:
         return AXES[node]
     if isinstance(node, Text) and len(node) <= 2:
         message = f"`{node}` is not an axis: `x`, `y`, `z`, `-x`, `-y`, `-z` or a vector"
-        environment.findings.report("bad-axis", message, node.span, help=did_you_mean(node.lower(), AXES))
+        environment.findings.report("bad-axis", message, node.span, help=did_you_mean(node.lower().lstrip("+"), AXES))
         return AXES["x"]
     found = values.vector(node, environment, PURE)
     axis = unit(found) if found is not None else AXES["x"]

@@ -21,7 +21,7 @@ from gesturec.checks.parameters import SCALE, Settled, settle
 from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_poses
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
-from gesturec.checks.suspicions import is_misspelt, warn_of_root
+from gesturec.checks.suspicions import is_misspelt, warn_of_empty, warn_of_root
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
@@ -31,6 +31,10 @@ from gesturec.language.limits import DEFAULT_LIMITS, Limits
 from gesturec.language.model import Model
 from gesturec.language.schema.blocks import JointEntry
 
+# Rules about a text by itself.
+OF_WRITING = frozenset(
+    ("bad-expression", "bad-pattern", "bad-interval", "bad-arc", "bad-number", "unknown-unit", "unknown-function")
+)
 NO_SETTINGS: Mapping[str, object] = {}
 
 
@@ -53,12 +57,22 @@ def resolve_model(
     for finding in model.findings:
         findings.add(finding)
     try:
-        return resolved_body(model, settings, profile, findings), findings
+        body = resolved_body(model, settings, profile, findings)
+        return body, certain(findings, model) if model.broken else findings
     except RecursionError:
         # What may nest has limits; this is for what nests through several kinds of names at once.
         message = "names are defined by other names too deep to be followed"
         findings.report("limit-exceeded", message, place_of_start(model.main.source))
         raise ModelError(findings.sorted()) from None
+
+
+def certain(findings: Findings, model: Model) -> Findings:
+    """What is wrong whatever the sections say that could not be read: how something is written, not what it names."""
+    kept = Findings()
+    for finding in findings.sorted():
+        if finding in model.findings or finding.rule in OF_WRITING:
+            kept.add(finding)
+    return kept
 
 
 def resolved_body(
@@ -156,6 +170,7 @@ def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
         if given is not None and not given.is_used and name != SCALE and not is_misspelt(name, findings):
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
     warn_of_root(body, findings)
+    warn_of_empty(body, findings)
     for limb in blind_limbs(body):
         message = f"no token of machine `{limb.name}` can be measured, so its states cannot be told apart"
         findings.report("no-visible-token", message, limb.span)

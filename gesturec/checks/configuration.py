@@ -88,7 +88,7 @@ def group_entries(
     for member in body.groups[str(key)]:
         if member in body.limbs:
             yield LimbEntry(body.limbs[member], key, value)
-        else:
+        elif key not in body.mixed_groups:
             message = f"a configuration map is about limbs, and `{member}` of group `{key}` is none"
             environment.findings.report("wrong-kind", message, key.span)
             return

@@ -15,6 +15,7 @@ from itertools import pairwise
 from gesturec.checks import values
 from gesturec.checks.body import BodyCycle, BodyJoint, BodyKeys, BodyLimb, BodyPhase
 from gesturec.checks.environment import Environment
+from gesturec.checks.plausible import LONGEST_WAY, suspect_angles, suspect_time
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Node, Text
@@ -58,6 +59,7 @@ def curve_times(curve: Cycle | Path, environment: Environment) -> tuple[float, f
     )
     if found is None:
         return 1.0, 1.0
+    suspect_time(node, environment, found, LONGEST_WAY)
     if found[0] <= 0 and node is not None:
         what = "period" if isinstance(curve, Cycle) else "duration"
         environment.findings.report("value-out-of-range", f"the shortest {what} must be above zero", node.span)
@@ -106,6 +108,8 @@ def one_joint(joint: BodyJoint, key: Text, node: Node, closed: bool, environment
         if place is not None and number is not None:
             pairs.append((as_share(at, place), number, at.span))
     pairs.sort(key=lambda pair: pair[0])
+    if isinstance(node_or_none, Mapping):
+        suspect_angles(node_or_none, environment, joint.kind, [value for _, value, _ in pairs])
     if check_places(joint, key, pairs, closed, environment):
         at_, value_ = tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs)
         yield BodyKeys(joint.limb, joint.name, at_, value_)

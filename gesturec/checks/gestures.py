@@ -11,6 +11,7 @@ from gesturec.checks import values
 from gesturec.checks.body import BodyGesture, BodyLimb, ResolvedBody
 from gesturec.checks.environment import Environment
 from gesturec.checks.order import inner_first
+from gesturec.checks.plausible import LONGEST_PAUSE, suspect_time
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
@@ -103,6 +104,8 @@ class Gestures:
             return None
         cooldown = values.positive(block.cooldown, environment, TIME, zero=True)
         patience = values.positive(block.patience, environment, TIME, zero=True)
+        suspect_time(block.cooldown, environment, (cooldown,), LONGEST_PAUSE)
+        suspect_time(block.patience, environment, (patience,), LONGEST_PAUSE)
         pattern = self.pattern(written)
         checked = None if pattern is None else check_gesture(pattern, self.scope(written), environment.findings)
         if checked is None or block.pattern is None:

@@ -12,9 +12,10 @@ from typing import Any
 from gesturec.checks import values
 from gesturec.checks.body import INFINITE, BodyLevel, ValueSource
 from gesturec.checks.environment import Environment
+from gesturec.checks.plausible import suspect_angles
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
-from gesturec.language.document import Mapping, Node, Sequence, Text
+from gesturec.language.document import Mapping, Node, Sequence
 from gesturec.language.expressions.units import ANGLE, LENGTH, Kind, Units
 from gesturec.language.limits import raised_by
 from gesturec.language.schema.blocks import JointEntry
@@ -22,8 +23,6 @@ from gesturec.language.schema.leaf import wrong_kind
 
 # Two values closer than this share of their scale are the same (`==` on levels, a full turn, a step of `every`).
 SAME = 1e-9
-# A joint of this many radians or less, in a file of degrees, is a hand's breadth from being meant in radians.
-RADIANS_SUSPECTED = 2 * math.pi + 1e-3
 
 # Keys that exclude each other on a joint, besides those that need each other.
 RIVALS = (
@@ -70,19 +69,20 @@ def report_rivals(entry: JointEntry, environment: Environment) -> None:
 def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels: Units) -> dict[str, Any]:
     """The fields of a `BodyJoint` about its values; `follows` is typed later, when all joints are known."""
     report_rivals(entry, environment)
-    limits = values.interval(entry.range, environment, kind)
+    is_spaced = entry.has("every") or entry.has("count")
+    limits = values.interval(entry.range, environment, kind, may_be_point=not is_spaced)
     low, high = limits or (-INFINITE, INFINITE)
     if entry.range is not None:
-        suspect_radians(entry.range, environment, kind, max(abs(low), abs(high)))
+        suspect_angles(entry.range, environment, kind, (low, high))
     wrap = values.truth(entry.wrap, environment)
     fields: dict[str, Any] = {"source": source_of(entry), "low": low, "high": high, "wrap": wrap}
     if entry.levels is not None:
         fields["levels"] = listed_levels(entry.levels, environment, kind, labels, (low, high))
-    elif entry.has("range") and (entry.has("every") or entry.has("count")) and math.isfinite(high - low):
+    elif entry.has("range") and is_spaced and math.isfinite(high - low):
         fields["levels"] = spaced_levels(entry, environment, kind, labels, (low, high))
         if wrap and is_full_turn(entry, environment, kind, low, high):
             fields["levels"] = fields["levels"][:-1]
-    elif limits is not None and entry.range is not None and (entry.has("every") or entry.has("count")):
+    elif limits is not None and entry.range is not None and is_spaced:
         environment.findings.report("bad-interval", "levels need a range with both ends", entry.range.span)
     fields |= further_fields(entry, kind, environment)
     return fields
@@ -91,8 +91,15 @@ def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels
 def further_fields(entry: JointEntry, kind: Kind, environment: Environment) -> dict[str, Any]:
     """`value`, `spread`, `max_speed`, `radius`."""
     per_second = replace_time(kind)
+    value = values.number(entry.value, environment, kind)
+    if entry.value is not None and value is not None:
+        suspect_angles(entry.value, environment, kind, (value,))
+    if entry.max_speed is not None and (source := source_of(entry)) in ("coupled", "fixed"):
+        message = f"`max_speed` is ignored here: the joint is {source}, and no step of its own moves it"
+        help = "bound the joints that it follows" if source == "coupled" else None
+        environment.findings.report("ignored-key", message, entry.key("max_speed"), "ignored", help)
     return {
-        "value": values.number(entry.value, environment, kind) or 0.0,
+        "value": value or 0.0,
         "spread": values.positive(entry.spread, environment, kind, zero=True) or 0.0,
         "max_speed": values.positive(entry.max_speed, environment, per_second) or INFINITE,
         "radius": values.positive(entry.radius, environment, LENGTH, zero=True) or 0.0,
@@ -138,11 +145,15 @@ def listed_levels(
         return ()
     if not pairs:
         environment.findings.report("too-few-levels", "a quantised joint needs at least one level", found.span)
+    for key in found if isinstance(found, Mapping) else ():
+        if key == "any":  # which stands for every value of a joint in a configuration map
+            message = "`any` is a word of configuration maps and names no level"
+            environment.findings.report("reserved-name", message, key.span)
     numbers = [(name, values.number(item, environment, kind), item.span) for name, item in pairs]
     known = [(name, value, span) for name, value, span in numbers if value is not None]
     report_order(known, isinstance(found, Mapping), environment, limits, kind, labels)
     if known:
-        suspect_radians(found, environment, kind, max(abs(value) for _, value, _ in known))
+        suspect_angles(found, environment, kind, [value for _, value, _ in known])
     if len(known) < len(pairs):
         return ()
     levels = [BodyLevel(name or label_of(value, kind, labels), value) for name, value, _ in known]
@@ -160,7 +171,8 @@ def report_order(
     """Report a level that does not rise above the one before, or that lies outside the range."""
     ordered = sorted(known, key=lambda item: item[1]) if is_named else known
     for (_, before, span), (_, value, place) in pairwise(ordered):
-        if value <= before + SAME * max(abs(before), abs(value)):
+        same = label_of(value, kind, labels) == label_of(before, kind, labels)
+        if same or value <= before + SAME * max(abs(before), abs(value)):
             message = f"levels rise, and {label_of(value, kind, labels)} comes after {label_of(before, kind, labels)}"
             related = (Related("not above this", span),)
             environment.findings.report("levels-not-rising", message, place, "does not rise", None, related)
@@ -206,17 +218,3 @@ def steps_of(entry: JointEntry, environment: Environment, kind: Kind, width: flo
         )
         return None
     return round(steps) + 1
-
-
-def suspect_radians(node: Node, environment: Environment, kind: Kind, largest: float) -> None:
-    """Warn of bare angles that are tiny in degrees and usual in radians, such as 1.57."""
-    degrees = largest / Units(angle="deg").factor(ANGLE)
-    if kind != ANGLE or environment.units.angle != "deg" or not 0 < degrees <= RADIANS_SUSPECTED:
-        return
-    texts = [node] if isinstance(node, Text) else list(node.values() if isinstance(node, Mapping) else node)
-    text = " ".join(str(item) for item in texts)
-    if any(unit in text for unit in ("deg", "rad", "rev", "$")) or "." not in text.replace("..", ""):
-        return
-    message = f"the largest of these angles is {degrees:.4g} deg, which looks like radians"
-    help = f"write the unit: `{degrees:.4g} rad`"
-    environment.findings.report("radians-suspected", message, node.span, "degrees in this file", help)

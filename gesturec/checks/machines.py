@@ -6,14 +6,16 @@ Out: a `BodyMachine` for each limb with a free joint, or for those that a machin
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyArc, BodyCell, BodyDwell, BodyLimb, BodyMachine, BodyState, ResolvedBody
-from gesturec.checks.configuration import joint_wishes, limb_entries
+from gesturec.checks.configuration import Wish, joint_wishes, limb_entries
 from gesturec.checks.cycles import build_curve
 from gesturec.checks.environment import Environment
+from gesturec.checks.plausible import LONGEST_PAUSE, LONGEST_TICK, suspect_time
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
@@ -154,6 +156,7 @@ def set_steps(
         if step in ("adjacent", "single", "any") and not (source is not block and machine.kind == "states"):
             machine.step = str(step)  # type: ignore[assignment]
         tick = values.positive(source.tick, environment, TIME)
+        suspect_time(source.tick, environment, (tick,), LONGEST_TICK)
         machine.tick = tick if tick is not None else machine.tick
 
 
@@ -182,27 +185,48 @@ def states_of(block: LimbMachine, plan: MachinePlan, body: ResolvedBody) -> Iter
     """Named states, each a configuration map."""
     for key, node in block.states.items():
         if isinstance(node, Mapping):
-            yield BodyState(str(key), tuple(state_cells(node, plan, body)), key.span)
+            wrong: set[tuple[str, str]] = set()
+            yield BodyState(str(key), tuple(state_cells(node, plan, body, wrong)), key.span, wrong=frozenset(wrong))
         else:
             if node is not None:
                 wrong_kind(node, "a configuration map", plan.environment.findings)
             yield BodyState(str(key), (), key.span, is_hole=True)
 
 
-def state_cells(node: Mapping, plan: MachinePlan, body: ResolvedBody) -> Iterator[BodyCell]:
-    """What a state says of joints; of one that is keyed it must say something, unless a curve does."""
+def state_cells(
+    node: Mapping, plan: MachinePlan, body: ResolvedBody, wrong: set[tuple[str, str]]
+) -> Iterator[BodyCell]:
+    """What a state says of joints; those of which it says something wrong, which is reported, go to `wrong`."""
     when = node.key("when")
     if when is not None:
         message = "a state is a cell of joint values; `when` belongs into a pose"
         plan.environment.findings.report("unknown-key", message, when.span)
     maps = [(plan.limbs[0], node)] if plan.is_own else [*limb_maps(node, plan, body)]
     for limb, joint_map in maps:
-        for wish in joint_wishes(joint_map, limb, plan.environment, "state"):
+        wishes = joint_wishes(joint_map, limb, plan.environment, "state")
+        wrong |= {(limb.name, str(key)) for key in joint_map} - {(limb.name, wish.joint.name) for wish in wishes}
+        for wish in wishes:
             if not wish.joint.is_free:
                 message = f"joint `{wish.joint.name}` is {wish.joint.source}, and no state gives it a value"
                 plan.environment.findings.report("no-joint", message, wish.span)
-            elif wish.cell is not None:
+            elif wish.cell is not None and is_bounded(wish, plan.environment):
                 yield wish.cell
+            elif wish.cell is not None:
+                wrong.add((limb.name, wish.joint.name))
+
+
+def is_bounded(wish: Wish, environment: Environment) -> bool:
+    """Whether a keyed joint has a cell with both ends, its own range's if the state leaves one open."""
+    cell, joint = wish.cell, wish.joint
+    if cell is None or joint.source != "keyed":
+        return True
+    if math.isfinite(max(cell.low, joint.low)) and math.isfinite(min(cell.high, joint.high)):
+        return True
+    message = f"a state of joint `{joint.name}` has two ends, and neither this nor a `range` gives both"
+    environment.findings.report(
+        "bad-interval", message, wish.span, "open", "write both ends, or give the joint a `range`"
+    )
+    return False
 
 
 def limb_maps(node: Mapping, plan: MachinePlan, body: ResolvedBody) -> Iterator[tuple[BodyLimb, Mapping]]:
@@ -220,7 +244,9 @@ def limb_maps(node: Mapping, plan: MachinePlan, body: ResolvedBody) -> Iterator[
 def check_keyed(machine: BodyMachine, plan: MachinePlan) -> None:
     """Every keyed joint gets values from every state, and from the cycle or path where there is one."""
     findings = plan.environment.findings
-    keyed = [joint for limb in plan.limbs for joint in limb.joints if joint.source == "keyed"]
+    # A limb with a machine of its own beside this one is reported; its joints were to get their values there.
+    limbs = [limb for limb in plan.limbs if plan.is_own or limb.machine_block is None]
+    keyed = [joint for limb in limbs for joint in limb.joints if joint.source == "keyed"]
     has_curve = machine.kind in ("cycle", "path")
     for joint in keyed:
         if not machine.states and not has_curve:
@@ -230,7 +256,7 @@ def check_keyed(machine: BodyMachine, plan: MachinePlan) -> None:
             continue
         for state in machine.states:
             named = {(cell.limb, cell.joint) for cell in state.cells}
-            if (joint.limb, joint.name) not in named and not state.is_hole:
+            if (joint.limb, joint.name) not in named | state.wrong and not state.is_hole:
                 message = f"state `{state.name}` gives no value to joint `{joint.full}`, which is keyed"
                 findings.report("keyed-without-values", message, state.span)
     for joint in [joint for limb in plan.limbs for joint in limb.joints] if has_curve else ():
@@ -309,4 +335,9 @@ def dwell_interval(node: Text, environment: Environment) -> tuple[float, float] 
     if found is not None and (found[0] < 0 < found[1] - found[0] and found[0] != -float("inf")):
         environment.findings.report("value-out-of-range", "a time is not below zero", node.span)
         return None
+    if found is not None and found[1] <= 0:
+        message = "the longest time in a state is above zero"
+        environment.findings.report("value-out-of-range", message, node.span, "must be above zero")
+        return None
+    suspect_time(node, environment, found or (), LONGEST_PAUSE)
     return None if found is None else (max(0.0, found[0]), found[1])

@@ -13,7 +13,9 @@ from gesturec.checks import values
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.environment import Environment
 from gesturec.checks.names import tokens_of
+from gesturec.checks.plausible import LONGEST_WAY, suspect_time
 from gesturec.checks.poses import Poses
+from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Sequence, Text
 from gesturec.language.expressions.units import FREQUENCY, LENGTH, PURE, TIME
@@ -41,10 +43,13 @@ def test_of(
     if share is not None and share > 1 and block.within_level is not None:
         message = f"`{block.within_level}` is more than all; a share is written `99 %`"
         environment.findings.report("value-out-of-range", message, block.within_level.span)
+    duration = values.positive(block.duration, environment, TIME)
+    suspect_time(block.duration, environment, (duration,), LONGEST_WAY)
+    refuse_both(block, environment)
     return {
         "name": str(block.name) if block.name is not None else f"test {number}",
         "path": path_of(block, poses, environment),
-        "duration": values.positive(block.duration, environment, TIME) or DURATION,
+        "duration": duration or DURATION,
         "rate": rate_of(block.rate, environment),
         "noise": values.positive(block.noise, environment, LENGTH, zero=True) or 0.0,
         "hide": hidden(block, body, environment),
@@ -53,6 +58,16 @@ def test_of(
         "within_level": share,
         "line": block.start.line,
     }
+
+
+def refuse_both(block: ModelTest, environment: Environment) -> None:
+    """Report a gesture that must come out and must not."""
+    expected = {str(item): item for item in block.expect or () if isinstance(item, Text)}
+    for item in block.never or ():
+        if isinstance(item, Text) and item in expected:
+            related = (Related("expected here", expected[item].span),)
+            message = f"`{item}` must come out, and must not"
+            environment.findings.report("conflicting-keys", message, item.span, "", None, related)
 
 
 def rate_of(node: Text | None, environment: Environment) -> float:

@@ -22,6 +22,7 @@ from gesturec.language.findings import Findings
 from gesturec.language.schema.blocks import LimbMachine, Template
 
 Named = tuple[str, str, Span]  # name, what it is, place
+STILL = "still"  # a truth of poses and gestures, in every place where a name of the author's could stand
 
 
 def report_doubles(names: Iterable[Named], where: str, findings: Findings) -> bool:
@@ -29,6 +30,9 @@ def report_doubles(names: Iterable[Named], where: str, findings: Findings) -> bo
     doubles = False
     seen: dict[str, tuple[str, Span]] = {}
     for name, what, span in names:
+        if name == STILL:
+            message = f"`{STILL}` is the body at rest in poses and gestures, and here it would name a {what} too"
+            findings.report("shadowed-name", message, span, "", "choose another name")
         if name in seen and seen[name][1] != span:
             doubles = True
             other, first = seen[name]
@@ -127,6 +131,7 @@ def build_groups(body: ResolvedBody, findings: Findings) -> None:
         if len(kinds) > 1:
             message = f"group `{name}` has members of two kinds, {kinds[0]}s and {kinds[1]}s"
             findings.report("mixed-group", message, groups[name][0].span)
+            body.mixed_groups.add(name)
 
 
 def flatten(
@@ -145,7 +150,9 @@ def flatten(
     for item in node if isinstance(node, Sequence) else ():
         if not isinstance(item, Text):
             continue
-        if item in (*above, name):
+        if item in (*above, name) and item in body.limbs:  # which is reported as two things of one name
+            members.append(str(item))
+        elif item in (*above, name):
             findings.report(
                 "circular-reference", f"group `{item}` is a member of itself", item.span, "closes the circle"
             )
@@ -168,6 +175,8 @@ def member_kind(body: ResolvedBody, path: str) -> str | None:
     if path in body.root_tokens:
         return "token"
     limb_name, dot, name = path.partition(".")
+    if not dot and body.root_is_hole:
+        return "hole"
     limb = body.limbs.get(limb_name)
     if limb is None or not dot:
         return None

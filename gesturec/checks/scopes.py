@@ -72,6 +72,8 @@ class BodyScope:
         found = self.leaf_at_top(name)
         if found is not None:
             return found if len(path) == 1 else nothing_in(path, 1)
+        if body.root_is_hole:
+            return symbols.Hole()
         known = [*body.limbs, *body.groups, *body.root_tokens, *body.machines]
         known += [*self.names.poses.get(None, ()), *self.names.gestures.get(None, ())]
         known += MOTION_WORDS if self.motion else ()

@@ -1,4 +1,4 @@
-"""What of a body is legal and probably not meant: about its root's tokens and its parameters.
+"""What of a body is legal and probably not meant: about its root's tokens, its parameters, and what says nothing.
 
 In: the resolved body and the findings so far. Out: warnings, and none that only repeats an error in the same place:
 what is misspelt is neither missing nor unused.
@@ -7,17 +7,20 @@ what is misspelt is neither missing nor unused.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import Final
 
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.rotations import Vector, add, cross, scaled, unit
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import nearest
+from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
 
 # Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
 FEWEST_ROOT_TOKENS: Final = 3
+# Keys of which an error says that they are empty.
+SAID_ELSEWHERE: Final = frozenset(("states", "machine"))
 # Points that are nowhere farther from a line than this share of their length leave the turn about it to the noise.
 IN_LINE: Final = 1e-3
 
@@ -38,7 +41,33 @@ def warn_of_root(body: ResolvedBody, findings: Findings) -> None:
         findings.report("few-root-tokens", message, span, "all in one line", "put one of them off the line")
 
 
-def are_in_line(places: Sequence[Vector]) -> bool:
+def warn_of_empty(body: ResolvedBody, findings: Findings) -> None:
+    """Warn of mappings and lists with nothing in them, unless something was said of them already."""
+    told = {(found.span.source.name, found.span.start) for found in findings.found.values() if found.span is not None}
+    for part in body.model.parts:
+        for key, node, span in empty_values(part.block.written):
+            if not told & {(place.source.name, place.start) for place in (key.span, node.span)}:
+                message = f"there is nothing in `{key}`, so it says nothing"
+                if span is node.span:
+                    message = f"an item of `{key}` is empty and says nothing"
+                findings.report("empty-value", message, span, "empty", "fill it, or leave it out")
+
+
+def empty_values(mapping: Mapping) -> Iterator[tuple[Text, Node, Span]]:
+    """Keys with values that are empty mappings or lists, or lists of such, at any depth; and where that is told."""
+    for key, node in mapping.items():
+        if key.startswith("x-") or isinstance(node, Text):
+            continue
+        if not node and not getattr(node, "holes", ()) and key not in SAID_ELSEWHERE:
+            yield key, node, key.span
+        for inner in node if isinstance(node, Sequence) else (node,):
+            if inner is not node and not isinstance(inner, Text) and not inner and not getattr(inner, "holes", ()):
+                yield key, inner, inner.span
+            if isinstance(inner, Mapping):
+                yield from empty_values(inner)
+
+
+def are_in_line(places: list[Vector]) -> bool:
     """Whether points lie on one line, or all in one place."""
     first = places[0]
     offsets = [add(place, scaled(first, -1.0)) for place in places]

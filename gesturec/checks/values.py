@@ -12,9 +12,11 @@ from gesturec.checks.rotations import Vector
 from gesturec.language.document import Node, Sequence, Text
 from gesturec.language.expressions import constant
 from gesturec.language.expressions.scope import Words
-from gesturec.language.expressions.units import PURE, Kind
+from gesturec.language.expressions.units import PURE, TIME, Kind
 from gesturec.language.limits import raised_by
 from gesturec.language.schema.leaf import is_passed, wrong_kind
+
+SHORTEST = 1e-9  # s; `artifact.columns` takes none below
 
 
 def whole(node: Node, environment: Environment) -> tuple[Node | None, Environment]:
@@ -70,8 +72,10 @@ def vector(node: Node | None, environment: Environment, kind: Kind) -> Vector | 
     return None if x is None or y is None or z is None else (x, y, z)
 
 
-def interval(node: Node | None, environment: Environment, kind: Kind) -> tuple[float, float] | None:
-    """An interval `lo .. hi`, infinite where it is open."""
+def interval(
+    node: Node | None, environment: Environment, kind: Kind, may_be_point: bool = True
+) -> tuple[float, float] | None:
+    """An interval `lo .. hi`, infinite where it is open; one of equal ends is warned of, or refused."""
     if node is None:
         return None
     node, environment = whole(node, environment)
@@ -81,6 +85,10 @@ def interval(node: Node | None, environment: Environment, kind: Kind) -> tuple[f
         return None
     found = constant.interval(node, environment, kind, environment.findings)
     if found is not None and found[0] == found[1]:
+        if not may_be_point:
+            message = f"levels rise from one end of a range to the other, and the two ends of `{node}` are the same"
+            environment.findings.report("levels-not-rising", message, node.span, "the same")
+            return None
         environment.findings.report("equal-limits", f"the two ends of `{node}` are the same", node.span)
     return found
 
@@ -107,6 +115,10 @@ def truth(node: Node | None, environment: Environment) -> bool:
 def positive(node: Node | None, environment: Environment, kind: Kind, zero: bool = False) -> float | None:
     """A number above zero, or with `zero` not below it."""
     value = number(node, environment, kind)
+    if kind == TIME and value is not None and node is not None and 0 < value < SHORTEST:
+        message = f"`{node}` is {value:.3g} s; the shortest time is {SHORTEST:g} s"
+        environment.findings.report("value-out-of-range", message, node.span, "too short")
+        return None
     if value is None or node is None or value > 0 or (zero and value == 0):
         return value
     wanted = "at least zero" if zero else "above zero"

@@ -36,8 +36,10 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
         return None
     most = 1 if len(word) < 5 else 2
     lower = word.lower()
+    # A word that has no letter of another is no slip of it: `p` is not `a`.
+    candidates = [other for other in set(known) if set(lower) & set(other.lower())]
     ranked = sorted(
-        (edit_distance(lower, other.lower(), most), abs(len(other) - len(word)), other) for other in set(known)
+        (edit_distance(lower, other.lower(), most), abs(len(other) - len(word)), other) for other in candidates
     )
     return ranked[0][2] if ranked and ranked[0][0] <= most else None
 

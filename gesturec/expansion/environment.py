@@ -41,19 +41,25 @@ class SetTable:
 
 def set_members(states: MachineStates, names: Iterable[str]) -> Ints:
     """The states that any of `names` stands for, rising."""
-    found = [states.members[name] for name in names if name in states.members]
-    return np.unique(np.concatenate([np.zeros(0, dtype=int), *found]).astype(int))
+    is_member = np.zeros(states.count, bool)
+    for name in names:
+        is_member[states.members.get(name, ())] = True
+    return np.flatnonzero(is_member)
 
 
 @dataclass(frozen=True)
 class Body:
-    """What every environment needs to know of the body; `states` grows as machines are expanded."""
+    """What every environment needs to know of the body; `states` grows as machines are expanded.
+
+    `leaves` are those over all states of a machine, made once: every pose, rule and gesture asks for them.
+    """
 
     model: LoweredModel
     chain: Chain
     sets: SetTable
     states: dict[int, MachineStates]
     limits: Limits = DEFAULT_LIMITS
+    leaves: dict[int, tuple[MachineStates, LeafEnvironment]] = field(default_factory=dict)
 
 
 def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, Ints]) -> LeafEnvironment:
@@ -63,7 +69,11 @@ def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, In
 
 def state_environment(body: Body, states: MachineStates) -> LeafEnvironment:
     """Leaves over all states of one machine."""
-    return environment(body, rows_of(states), {states.machine: np.arange(states.count)})
+    known, leaves = body.leaves.get(states.machine, (None, None))
+    if leaves is None or known is not states:
+        leaves = environment(body, rows_of(states), {states.machine: np.arange(states.count)})
+        body.leaves[states.machine] = states, leaves
+    return leaves
 
 
 def step_environment(states: LeafEnvironment, before: Ints, after: Ints) -> LeafEnvironment:

@@ -61,7 +61,7 @@ class Mapping(dict["Text", "Node"]):
 
     def key(self, name: str) -> Text | None:
         """The key of this name with its place, or None."""
-        return next((key for key in self if key == name), None)
+        return next((key for key in self if key == name), None) if name in self else None
 
 
 Node: TypeAlias = Text | Sequence | Mapping
@@ -69,8 +69,9 @@ Node: TypeAlias = Text | Sequence | Mapping
 
 @dataclass(frozen=True, eq=False)
 class Document:
-    """One file that was read: its source, its sha256, and its mapping."""
+    """One file that was read: its source, its sha256, and its mapping, without its `broken` sections if it has some."""
 
     source: Source
     digest: str
     root: Mapping
+    broken: bool = False

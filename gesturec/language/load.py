@@ -49,7 +49,7 @@ def load_model(source: str | os.PathLike[str] | Source, limits: Limits = DEFAULT
     model = None if loader.findings.sorted() else loader.model(name, path, data, ())
     if model is None:
         raise ModelError(loader.findings.sorted())
-    return replace(model, findings=loader.findings.sorted())
+    return replace(model, findings=loader.findings.sorted(), broken=loader.broken)
 
 
 def bytes_of_text(text: str) -> bytes:
@@ -68,13 +68,14 @@ class Loader:
     limits: Limits
     files: int = 0
     has_too_many: bool = False  # bodies, which is reported
+    broken: bool = False  # whether a file has sections that are not YAML
     documents: dict[str, Document | None] = field(default_factory=dict)
     models: dict[str, Model | None] = field(default_factory=dict)  # of bodies, by file: two hands are read once
     open: list[str] = field(default_factory=list)  # models that are being read, each a body of the one before
 
     def model(self, name: str, path: str | None, data: bytes, chain: tuple[Text, ...]) -> Model | None:
         """The model of one file with its includes and bodies."""
-        document = read_document(name, data, self.findings, self.limits)
+        document = read_document(name, data, self.findings, self.limits, recovers=True)
         main = None if document is None else self.part(document, path, included=False)
         if main is None:
             return None
@@ -89,6 +90,9 @@ class Loader:
     def part(self, document: Document, path: str | None, included: bool) -> ModelPart | None:
         """One file's block."""
         root = document.root
+        if document.broken:
+            self.broken = True
+            root.holes.update((*ModelFile.required, *ModelFile.one_of))  # they may stand in what is not read
         if not self.check_version(root):
             return None
         if included and "root" not in root and "bodies" not in root:
@@ -98,7 +102,8 @@ class Loader:
                     known = sorted(INCLUDED_KEYS)
                     help = did_you_mean(key, known)
                     self.findings.report("unknown-key", f"an included file has no key `{key}`", key.span, "", help)
-        block = ModelFile.model_validate(root, context={"findings": self.findings})
+        block = ModelFile.read(root, self.findings)
+        assert block is not None
         return ModelPart(block, units_of(block), document.source, document.digest, path)
 
     def check_version(self, root: Mapping) -> bool:
@@ -157,7 +162,7 @@ class Loader:
         if data is None:
             return None
         self.findings.context.extend(Related("included", link.span, note=True) for link in (node, *reversed(chain)))
-        document = read_document(shown_path(path), data, self.findings, self.limits)
+        document = read_document(shown_path(path), data, self.findings, self.limits, recovers=True)
         part = None if document is None else self.part(document, path, included=True)
         del self.findings.context[-1 - len(chain) :]
         return part

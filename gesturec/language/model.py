@@ -38,6 +38,7 @@ class Model:
     bodies: dict[str, BodyModel] = field(default_factory=dict)
     findings: tuple[Diagnostic, ...] = ()
     n_body: int = 1  # those of bodies of bodies each
+    broken: bool = False  # whether some section of a file is not YAML, and is not here
 
     @property
     def parts(self) -> tuple[ModelPart, ...]:

@@ -20,7 +20,11 @@ from gesturec.diagnostics.source import Source, Span
 from gesturec.language.document import Document, Mapping, Node, Sequence, Text
 from gesturec.language.findings import Findings
 from gesturec.language.limits import DEFAULT_LIMITS, Limits, raised_by
+from gesturec.language.recovery import Section, sections_of, without
 
+# Each section of a broken text is parsed by itself; a model has twenty, and more text than this is no author's.
+MOST_SECTIONS = 60
+LONGEST_RECOVERED = 200_000  # characters
 NULLS = frozenset(("", "~", "null", "Null", "NULL"))
 # What begins as a number does, and is no key of the language or of the author's.
 NUMBER = re.compile(r"[-+.]?[0-9]")
@@ -41,8 +45,20 @@ class StopReading(Exception):
     """The rest of the file cannot be read; the finding says why."""
 
 
-def read_document(name: str, data: bytes, findings: Findings, limits: Limits = DEFAULT_LIMITS) -> Document | None:
-    """Read one file's bytes; None where it cannot be read at all, and then a finding says why."""
+class BrokenText(StopReading):
+    """The text is not YAML; `finding` says where."""
+
+    def __init__(self, finding: Diagnostic) -> None:
+        self.finding = finding
+
+
+def read_document(
+    name: str, data: bytes, findings: Findings, limits: Limits = DEFAULT_LIMITS, recovers: bool = False
+) -> Document | None:
+    """Read one file's bytes; None where it cannot be read at all, and then a finding says why.
+
+    With `recovers` a text that is not YAML gives a document of those of its sections that are; `broken` says so.
+    """
     if len(data) > limits.file_bytes:
         place = Span(Source(name, ""), 0, 0)
         findings.add(limit_finding("the file", f"{len(data)} bytes", "file_bytes", limits.file_bytes, place))
@@ -50,11 +66,54 @@ def read_document(name: str, data: bytes, findings: Findings, limits: Limits = D
     source = decode(name, data, findings)
     if source is None:
         return None
+    digest = hashlib.sha256(data).hexdigest()
+    first = Findings()
     try:
-        root = Reader(source, findings, limits).read()
+        root = Reader(source, first, limits).read()
+    except BrokenText as error:
+        parts = read_sections(source, error.finding, limits) if recovers else None
+        for finding in first.sorted() if parts is None else parts[1].sorted():
+            findings.add(finding)
+        return None if parts is None else Document(source, digest, parts[0], broken=True)
+    except StopReading:
+        root = None
+    for finding in first.sorted():
+        findings.add(finding)
+    return None if root is None else Document(source, digest, root)
+
+
+def read_sections(source: Source, error: Diagnostic, limits: Limits) -> tuple[Mapping, Findings] | None:
+    """The mapping of those sections that are YAML by themselves; None where that is not all that is wrong."""
+    text, findings = source.text, Findings()
+    sections = sections_of(text)
+    if len(sections) > MOST_SECTIONS or len(text) > LONGEST_RECOVERED:
+        return None
+    faults = [(section, fault_alone(source, sections, section, limits)) for section in sections]
+    broken = [(section, fault) for section, fault in faults if fault is not None]
+    before = [section for section, _ in broken if error.span is not None and section.start <= error.span.start]
+    if not before:
+        return None
+    # The parser gave up at `error`, which is the last of these sections' fault: told there and not twice.
+    for finding in [error, *(fault for section, fault in broken if section is not before[-1])]:
+        findings.add(finding)
+    try:
+        root = Reader(source, findings, limits, without(text, [section for section, _ in broken])).read()
     except StopReading:
         return None
-    return Document(source, hashlib.sha256(data).hexdigest(), root)
+    root.holes.update(section.key for section, _ in broken)
+    return root, findings
+
+
+def fault_alone(source: Source, sections: list[Section], section: Section, limits: Limits) -> Diagnostic | None:
+    """What is no YAML in a section by itself."""
+    alone = without(source.text, [other for other in sections if other is not section])
+    reader = Reader(source, Findings(), limits, alone)
+    try:
+        for _ in reader.events:
+            pass
+    except BrokenText as error:
+        return error.finding
+    return None
 
 
 def decode(name: str, data: bytes, findings: Findings) -> Source | None:
@@ -88,8 +147,9 @@ def limit_finding(what: str, found: str, limit: str, value: int, span: Span) -> 
 class Reader:
     """One pass over the events of a file."""
 
-    def __init__(self, source: Source, findings: Findings, limits: Limits) -> None:
+    def __init__(self, source: Source, findings: Findings, limits: Limits, text: str | None = None) -> None:
         self.source, self.findings, self.limits = source, findings, limits
+        self.text = source.text if text is None else text  # what is read, of the same places
         self.anchors: dict[str, Anchor] = {}
         self.nodes = 0
         self.aliases = 0
@@ -99,16 +159,20 @@ class Reader:
     def safe_events(self) -> Iterator[Any]:
         """The parser's events; what it cannot parse becomes one finding."""
         try:
-            yield from yaml.parse(self.source.text, Loader=PARSER)
+            yield from yaml.parse(self.text, Loader=PARSER)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             place = self.at(mark.index if mark else 0)
+            if "nesting depth" in str(error.problem):  # the C parser's own limit, which reads ahead of ours
+                found = "values nested deeper than YAML is read"
+                self.findings.add(limit_finding("the file", found, "depth", self.limits.depth, place))
+                raise StopReading from None
             problem, help = self.told(place, str(error.problem or error.context))
-            self.stop("bad-yaml", f"this is not YAML: {problem}", place, help)
+            self.give_up(problem, place, help)
         except yaml.reader.ReaderError as error:
-            self.stop("bad-yaml", f"this is not YAML: {error.reason}", self.at(error.position))
+            self.give_up(str(error.reason), self.at(error.position))
         except (yaml.YAMLError, ValueError, RecursionError) as error:
-            self.stop("bad-yaml", f"this is not YAML: {error}".splitlines()[0], self.at(0))
+            self.give_up(str(error).splitlines()[0], self.at(0))
 
     def told(self, place: Span, problem: str) -> tuple[str, str | None]:
         """What is wrong in an author's words, and what to write, for tabs and for lines that do not line up."""
@@ -134,6 +198,12 @@ class Reader:
         last = max(0, len(self.source.text.rstrip()) - 1)
         start = min(index, last)
         return Span(self.source, start, start + 1)
+
+    def give_up(self, problem: str, span: Span, help: str | None = None) -> None:
+        """End the reading of a text that is not YAML."""
+        finding = Diagnostic("bad-yaml", f"this is not YAML: {problem}", span, help=help)
+        self.findings.add(finding)
+        raise BrokenText(finding)
 
     def stop(self, rule: str, message: str, span: Span, help: str | None = None) -> None:
         self.findings.add(Diagnostic(rule, message, span, help=help))

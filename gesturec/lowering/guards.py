@@ -14,7 +14,8 @@ from typing import Final
 from gesturec.language.expressions.typed import Typed, walk
 
 PARTIAL: Final = frozenset(("divide", "power", "sqrt", "asin", "acos", "angle"))
-# A guard that speaks of another machine makes a relation of what was one machine's: of two at most.
+# A guard that speaks of another machine makes a relation of what was one machine's: of two at most, if the part has
+# a guard of its own machines. Without one it is joined to whatever guards it, and `max_relation` is the bound.
 MOST_MACHINES: Final = 2
 
 MachinesOf = Callable[[Iterable[Typed]], tuple[int, ...]]
@@ -45,6 +46,6 @@ def _with_guards(index: int, parts: Sequence[Typed], machines: Sequence[frozense
     inside = [i for i in others if machines[i] <= own]
     sharing = [i for i in others if machines[i] & own and not is_partial(parts[i])]
     reached = own.union(*(machines[i] for i in sharing))
-    chosen = set(inside).union(sharing if len(reached) <= MOST_MACHINES else ())
+    chosen = set(inside).union(sharing if len(reached) <= MOST_MACHINES or not inside else ())
     guards = tuple(parts[i] for i in sorted(chosen))
     return part if not guards else Typed("and", part.type, part.span, (*guards, part))

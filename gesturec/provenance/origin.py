@@ -290,7 +290,7 @@ class Question:
 
 def node_of(block: Block, key: str) -> document.Node | None:
     """What stands under a key, as read."""
-    mapping = block._mapping
+    mapping = block.written
     found = mapping.key(key)
     return None if found is None else mapping[found]
 

@@ -6,13 +6,9 @@ Markdown. A key's type is told by the form that its value is checked against.
 
 from __future__ import annotations
 
-import types
-from collections.abc import Iterator
-from typing import Annotated, Any, Final, Union, get_args, get_origin
+from typing import Final
 
-from pydantic.fields import FieldInfo
-
-from gesturec.language.schema.block import Block
+from gesturec.language.schema.block import Block, Form, Inner, Items, Kinds, key_of
 from gesturec.language.schema.blocks import ModelFile
 from gesturec.language.schema.json_schema import key_docs
 from gesturec.language.schema.leaf import Leaf
@@ -24,16 +20,17 @@ def blocks() -> list[type[Block]]:
     """Every block of the language, the file's first, then in the order of its keys."""
     found: list[type[Block]] = [ModelFile]
     for block in found:
-        for field in block.model_fields.values():
-            found += [inner for inner in _blocks_in(field.annotation, tuple(field.metadata)) if inner not in found]
+        for form in block.fields.values():
+            found += [inner for inner in _blocks_in(form) if inner not in found]
     return found
 
 
-def _blocks_in(annotation: Any, metadata: tuple[Any, ...] = ()) -> Iterator[type[Block]]:
-    if isinstance(annotation, type) and issubclass(annotation, Block):
-        yield annotation
-    for inner in get_args(annotation):
-        yield from _blocks_in(inner)
+def _blocks_in(form: Form | None) -> tuple[type[Block], ...]:
+    if form is None or isinstance(form, Leaf):
+        return ()
+    if isinstance(form, Inner):
+        return (form.block,)
+    return form.blocks if isinstance(form, Kinds) else _blocks_in(form.item)
 
 
 def heading(block: type[Block]) -> str:
@@ -57,36 +54,25 @@ def block_section(block: type[Block]) -> list[str]:
         lines += ["Further keys are the arguments of its template.", ""]
     lines += ["| key | value | what it is |", "|---|---|---|"]
     docs = key_docs(block)
-    for name, field in block.model_fields.items():
-        key = field.alias or name
+    for name, form in block.fields.items():
+        key = key_of(name)
         if key == EVERYWHERE:
             continue
         bold = f"**`{key}`**" if key in block.required else f"`{key}`"
-        lines.append(f"| {bold} | {value_of(field)} | {_one_line(docs[key])} |")
+        lines.append(f"| {bold} | {value_of(form)} | {_one_line(docs[key])} |")
     return [*lines, ""]
 
 
-def value_of(field: FieldInfo) -> str:
+def value_of(form: Form | None) -> str:
     """What stands under a key."""
-    return _describe(field.annotation, tuple(field.metadata))
-
-
-def _describe(annotation: Any, metadata: tuple[Any, ...] = ()) -> str:
-    leaf = next((item for item in metadata if isinstance(item, Leaf)), None)
-    if leaf is not None:
-        return _one_line(leaf.wanted)
-    origin, inner = get_origin(annotation), get_args(annotation)
-    if origin is Annotated:
-        return _describe(inner[0], inner[1:])
-    if isinstance(annotation, type) and issubclass(annotation, Block):
-        return f"[{heading(annotation)}]({anchor(annotation)})"
-    if origin is dict:
-        return f"names, each with {_describe(inner[1])}"
-    if origin is tuple:
-        return f"a list of {_describe(inner[0])}"
-    if origin in (Union, types.UnionType):
-        return " or ".join(_describe(item) for item in inner if item is not type(None))
-    raise TypeError(f"the reference cannot tell what {annotation} is")
+    assert form is not None
+    if isinstance(form, Leaf):
+        return _one_line(form.wanted)
+    if isinstance(form, Inner):
+        return f"[{heading(form.block)}]({anchor(form.block)})"
+    if isinstance(form, Kinds):
+        return " or ".join(value_of(Inner(block)) for block in form.blocks)
+    return f"a list of {value_of(form.item)}" if isinstance(form, Items) else f"names, each with {value_of(form.item)}"
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -7,6 +7,7 @@ import pytest
 
 from gesturec.compile import compile_model, findings_of
 from gesturec.diagnostics.source import Source
+from gesturec.expansion.limits import Limits
 
 HEAD = """gesturec: 1
 name: arm
@@ -54,6 +55,30 @@ def test_a_guard_of_two_machines_for_one() -> None:
     left, right = artifact.machine(0).state_names, artifact.machine(1).state_names
     assert {left[i] for i in np.flatnonzero(allowed.any(axis=1))} == {"60/30"}
     assert {right[i][:2] for i in np.flatnonzero(allowed.any(axis=0))} == {"30", "60"}
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "left.q * right.p * third.p != 0 and left.p / left.q > 1",
+        "left.q * right.p != 0 and left.q * third.p != 0 and left.p / left.q > 1",
+    ],
+    ids=["one of three", "two of two"],
+)
+def test_a_guard_of_three_machines_for_one(rule: str) -> None:
+    text = HEAD.replace("  right:", "  third: {template: arm}\n  right:")
+    artifact = compile_model(Source("m.yaml", text + f'constraints: [{{name: rule, require: "{rule}"}}]\n')).artifact
+    columns = artifact.columns
+    allowed = np.isfinite(columns["relation_cost"][-(9**3) :]).reshape(9, 9, 9)
+    assert {artifact.machine(0).state_names[i] for i in np.flatnonzero(allowed.any(axis=(1, 2)))} == {"60/30"}
+
+
+def test_a_guard_of_too_many_states_is_refused_by_its_limit() -> None:
+    text = HEAD.replace("  right:", "  third: {template: arm}\n  right:")
+    rule = "left.q * right.p * third.p != 0 and left.p / left.q > 1"
+    source = Source("m.yaml", text + f'constraints: [{{name: rule, require: "{rule}"}}]\n')
+    found = findings_of(source, limits=Limits(max_relation=500))
+    assert {finding.rule for finding in found} == {"too-many-states"}
 
 
 @pytest.mark.parametrize("rule", ["left.p / left.q > 1", "left.p != 0 and left.p / left.q > 1"])

@@ -21,5 +21,5 @@ Parsers: `parse_expression`, `parse_interval`, `parse_wanted` (a joint's value i
 expression, `90 +- 30`, or an interval), `parse_arc`, `parse_gesture`; all take a `Text`, all raise
 `ExpressionError`. `print_tree` is their inverse. Patterns are scoped and typed by `gestures.check_gesture`.
 
-Nothing here imports lark until the first text is parsed.
+Nothing here imports lark but `grammar.py`, which writes the tables of the parser.
 """

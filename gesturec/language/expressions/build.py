@@ -1,7 +1,6 @@
-"""From what the grammar matched to nodes of the syntax tree: lark's callbacks, called as it reduces.
+"""From what the grammar matched to nodes of the syntax tree: what the parser calls as it reduces.
 
-The parser calls them bottom up without recursion, so that no text can exhaust the stack. `Builder.place` is
-the scalar that is being parsed; `parse.py` sets it, one at a time.
+`Builder.place` is the scalar that is being parsed.
 """
 
 from __future__ import annotations
@@ -10,11 +9,10 @@ import math
 import re
 from typing import Any
 
-from lark import Token, Transformer
-
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.source import Span
 from gesturec.language.expressions import tree
+from gesturec.language.expressions.lalr import Token
 from gesturec.language.expressions.parse import ExpressionError
 from gesturec.language.expressions.place import Place
 
@@ -29,14 +27,14 @@ def across(first: Span, last: Span) -> Span:
     return Span(first.source, first.start, last.end)
 
 
-class Builder(Transformer[Token, Any]):
+class Builder:
     """One method for each rule or alias of `grammar.lark`; children come as a list."""
 
-    place: Place
+    def __init__(self, place: Place) -> None:
+        self.place = place
 
     def span(self, token: Token) -> Span:
         """Where a token stands in the file."""
-        assert token.start_pos is not None and token.end_pos is not None
         return self.place.part(token.start_pos, token.end_pos)
 
     def name(self, token: Token) -> tree.Name:

@@ -8,16 +8,20 @@ the caller's to suspect: it knows where degrees are usual.
 from __future__ import annotations
 
 import math
+from typing import Final
 
+from gesturec.diagnostics.source import Span
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
 from gesturec.language.expressions.check import check
 from gesturec.language.expressions.parse import ExpressionError, parse_expression, parse_interval
 from gesturec.language.expressions.scope import Quantity, Scope
 from gesturec.language.expressions.typed import Type
-from gesturec.language.expressions.units import Kind
+from gesturec.language.expressions.units import PURE, Kind
 from gesturec.language.findings import Findings
 
+# m, rad, s: beyond any body (`artifact.columns` takes no more).
+FARTHEST: Final = 1e6
 Vector = tuple[float, float, float]
 
 
@@ -53,7 +57,18 @@ def number(text: Text, scope: Scope, kind: Kind | None, findings: Findings) -> f
 def number_of(expression: tree.Expr, scope: Scope, kind: Kind | None, findings: Findings) -> float | None:
     """As `number`, of what was parsed already."""
     found = _value(expression, scope, Type("number", kind), findings)
-    return None if found is None or isinstance(found.value, tuple) else found.value
+    if found is None or isinstance(found.value, tuple):
+        return None
+    return found.value if is_near(found.value, kind, expression.span, findings) else None
+
+
+def is_near(value: float, kind: Kind | None, span: Span, findings: Findings) -> bool:
+    """Whether a quantity is one of a body's: reports one that is farther than anything that can be computed with."""
+    if kind in (None, PURE) or abs(value) <= FARTHEST:
+        return True
+    message = f"`{span.text}` is {value:.3g} in m, rad and s; the limit is {FARTHEST:g}"
+    findings.report("value-out-of-range", message, span, "too large")
+    return False
 
 
 def vector(text: Text, scope: Scope, kind: Kind | None, findings: Findings) -> Vector | None:
@@ -62,7 +77,10 @@ def vector(text: Text, scope: Scope, kind: Kind | None, findings: Findings) -> V
     if expression is None:
         return None
     found = _value(expression, scope, Type("vector", kind), findings)
-    return found.value if found is not None and isinstance(found.value, tuple) else None
+    if found is None or not isinstance(found.value, tuple):
+        return None
+    farthest = max(found.value, key=abs)
+    return found.value if is_near(farthest, kind, expression.span, findings) else None
 
 
 def interval(text: Text, scope: Scope, kind: Kind, findings: Findings) -> tuple[float, float] | None:

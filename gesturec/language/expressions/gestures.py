@@ -40,6 +40,8 @@ Shape = dict[str, Any]
 
 # Words that a pattern knows and no scope does.
 OTHER_WORDS: Final = frozenset(("still", "root", "world", "prev", "next"))
+# A bare time beyond this, in s, is rather one in ms.
+LONGEST_BARE_TIME: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,6 +232,7 @@ class Patterns:
     def held(self, node: tree.Held, place: scope.Scope) -> Part | None:
         """`p for d`, `p for a .. b`"""
         part = self.must_be_truth(self.check(node.operand, place), "`for`")
+        self.suspect_time(node.time)
         if isinstance(node.time, tree.Interval):
             ends = interval_of(node.time, place, TIME, self.findings)
             decided = "end"
@@ -254,6 +257,15 @@ class Patterns:
         }
         return Part(node.span, None, self.leaf(shape, node.span))
 
+    def suspect_time(self, time: tree.Expr | tree.Interval) -> None:
+        """Warn of a bare time that is longer than a gesture is: it is in s, and ms were probably meant."""
+        numbers = tree.children(time) if isinstance(time, tree.Interval) else (time,)
+        bare = [node.value for node in numbers if isinstance(node, tree.Number) and node.unit is None]
+        if bare and max(bare) > LONGEST_BARE_TIME:
+            message = f"`{time.span.text}` is {max(bare):g} s: bare times are in s"
+            help = f"write the unit: `{max(bare):g} ms`, or `{max(bare):g} s` if this is meant"
+            self.findings.report("time-suspected", message, time.span, "seconds", help)
+
     def sequence(self, node: tree.Sequence, place: scope.Scope) -> Part | None:
         """`a -> b ->> c`"""
         parts = [self.check(step, place) for step in node.steps]
@@ -265,6 +277,7 @@ class Patterns:
     def within(self, node: tree.Within, place: scope.Scope) -> Part | None:
         """`p within d`"""
         part = self.check(node.operand, place)
+        self.suspect_time(node.time)
         time = number_of(node.time, place, TIME, self.findings)
         if part is None or time is None:
             return None

@@ -1,14 +1,13 @@
-"""The parser of the grammar, from tables that are written beforehand.
+"""Writes the parser's tables: `grammar.lark` through lark's LALR generator to `grammar_tables.py`.
 
-Building lark's tables from `grammar.lark` takes ten times as long as reading them, and `gesturec check` needs a parser
-each time. The tables are lark's own, so they belong to one grammar and one version of lark; for any other the
-parser is built from the grammar's text, which gives the same trees. `python -m gesturec.language.expressions.grammar`
-writes them anew; a test holds them to the grammar.
+Building the tables takes ten times as long as reading them, and `gesturec check` needs a parser each time. `python -m
+gesturec.language.expressions.grammar` writes them anew after a change of the grammar; a test holds them to it. Only
+this needs lark.
 """
 
 from __future__ import annotations
 
-import hashlib
+import re
 from importlib.resources import files
 from pathlib import Path
 from pprint import pformat
@@ -21,19 +20,8 @@ STARTS: Final = ("expr", "interval", "wanted", "arc", "pattern")
 TABLES: Final = "grammar_tables.py"
 
 
-def load_parser(transformer: Any) -> Lark:
-    """A parser whose trees `transformer` makes."""
-    import lark
-
-    from gesturec.language.expressions import grammar_tables as tables
-
-    if (grammar_digest(), lark.__version__) != (tables.GRAMMAR, tables.LARK):
-        return build_parser(transformer)
-    return lark.Lark._load_from_dict(tables.DATA, tables.MEMO, transformer=transformer)  # type: ignore[no-untyped-call,no-any-return]
-
-
 def build_parser(transformer: Any) -> Lark:
-    """The parser, from the grammar's text."""
+    """lark's own parser of the grammar."""
     from lark import Lark
 
     return Lark(grammar_text(), parser="lalr", start=list(STARTS), transformer=transformer, maybe_placeholders=True)
@@ -44,25 +32,74 @@ def grammar_text() -> str:
     return files("gesturec.language.expressions").joinpath("grammar.lark").read_text(encoding="utf-8")
 
 
-def grammar_digest() -> str:
-    """What tells one grammar from another."""
-    return hashlib.sha256(grammar_text().encode()).hexdigest()
-
-
 def tables_text() -> str:
-    """The text of `grammar_tables.py` for this grammar and the lark that is installed."""
-    import lark
-    from lark.grammar import Rule
-    from lark.lexer import TerminalDef
-
-    data, memo = build_parser(None).memo_serialize([TerminalDef, Rule])
+    """The text of `grammar_tables.py`."""
+    parser = build_parser(None)
+    table: Any = parser.parser.parser._parse_table
+    rules = list(parser.rules)
+    order = states_in_order(table)
+    number = {state: place for place, state in enumerate(order)}
+    tables = {
+        "STARTS": {name: (number[table.start_states[name]], number[table.end_states[name]]) for name in STARTS},
+        "TERMINALS": {terminal.name: pattern_of(terminal) for terminal in parser.parser.lexer.root_lexer.terminals},
+        "RULES": [rule_row(rule) for rule in rules],
+        "STATES": [state_row(table.states[state], rules, number) for state in order],
+    }
     head = '"""The parser\'s tables; written by `grammar.py`, not by hand."""\n\nfrom typing import Any, Final\n'
-    facts = f'GRAMMAR: Final = "{grammar_digest()}"\nLARK: Final = "{lark.__version__}"'
-    tables = [
-        f"{name}: Final[Any] = {pformat(value, width=110, compact=True)}"
-        for name, value in (("DATA", data), ("MEMO", memo))
-    ]
-    return "\n".join([head, facts, *tables, ""])
+    lines = [f"{name}: Final[Any] = {as_text(value)}" for name, value in tables.items()]
+    return "\n".join([head, *lines, ""])
+
+
+def as_text(value: object) -> str:
+    """A table as Python, in its own order."""
+    return pformat(value, width=110, compact=True, sort_dicts=False)
+
+
+def pattern_of(terminal: Any) -> str:
+    """A terminal as a regular expression; a word ends where no letter follows."""
+    text: str = terminal.pattern.value
+    if type(terminal.pattern).__name__ == "PatternRE":
+        return text
+    return re.escape(text) + (r"\b" if text.isalpha() else "")
+
+
+def states_in_order(table: Any) -> list[int]:
+    """The states by how they are reached, which is the same each time; lark's own numbers are not."""
+    order = [table.start_states[name] for name in STARTS]
+    for state in order:
+        _, shifts = sorted_actions(table.states[state])
+        order += [to for _, to in shifts if to not in order]
+    return order
+
+
+def sorted_actions(actions: dict[str, tuple[Any, Any]]) -> tuple[list[tuple[str, Any]], list[tuple[str, int]]]:
+    """The reductions of a state and its shifts, by symbol."""
+    pairs = [(name, actions[name][1]) for name in sorted(actions)]
+    shifts = [pair for pair in pairs if isinstance(pair[1], int)]
+    return [pair for pair in pairs if pair not in shifts], shifts
+
+
+def state_row(actions: dict[str, tuple[Any, Any]], rules: list[Any], number: dict[int, int]) -> dict[str, int]:
+    """A state: to which one each symbol leads, or the complement of the rule that it reduces."""
+    reductions, shifts = sorted_actions(actions)
+    return {**{name: number[to] for name, to in shifts}, **{name: ~rules.index(to) for name, to in reductions}}
+
+
+def rule_row(rule: Any) -> tuple[Any, ...]:
+    """A rule as `lalr.Rule` has it."""
+    # `empty_indices` is a truth for each symbol, and between them for each `[…]` that is left out.
+    marks = "".join(str(int(is_empty)) for is_empty in rule.options.empty_indices) or "0" * len(rule.expansion)
+    gaps = [len(ones) for ones in marks.split("0")]
+    takes, nones = [], 0
+    for index, symbol in enumerate(rule.expansion):
+        nones += gaps[index]
+        if not (symbol.is_term and symbol.filter_out):
+            takes.append((index, symbol.name.startswith("_") and not symbol.is_term, nones))
+            nones = 0
+    name = str(rule.origin.name)
+    method = "" if name.startswith("_") else str(rule.alias or name)
+    is_single = bool(rule.options.expand1 and not rule.alias)
+    return (name, len(rule.expansion), method, tuple(takes), nones + gaps[-1], is_single)
 
 
 if __name__ == "__main__":

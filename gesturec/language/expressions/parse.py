@@ -1,4 +1,4 @@
-"""Text to syntax tree: lark's LALR parser over `grammar.lark`, built when the first text needs it.
+"""Text to syntax tree: the LALR parser over `grammar.lark`, loaded when the first text needs it.
 
 In: a scalar of the document. Out: a tree, or `ExpressionError` with one located finding. Length, brackets
 and depth are bounded before anything recursive sees the tree, so no text can exhaust the stack. A plain
@@ -8,8 +8,6 @@ number, which most scalars are, does not need the parser at all.
 from __future__ import annotations
 
 import re
-from functools import cache
-from threading import Lock
 from typing import TYPE_CHECKING, Any, Final
 
 from gesturec.diagnostics.diagnostic import Diagnostic, Related
@@ -20,9 +18,7 @@ from gesturec.language.expressions import tree
 from gesturec.language.expressions.place import Place, place_of
 
 if TYPE_CHECKING:
-    from lark import Lark
-
-    from gesturec.language.expressions.build import Builder
+    from gesturec.language.expressions.lalr import Token
 
 # An expression beyond these is no author's; the checker recurses up to five calls a level.
 MOST_CHARACTERS: Final = 10_000
@@ -44,6 +40,7 @@ WORDS_BETWEEN: Final = (("and", "or", "if", "else", "for", "in"), ("for", "withi
 MEANT: Final = {
     "=": "==",
     "=>": ">=",
+    "is": "==",
     "&&": "and",
     "||": "or",
     "!": "not",
@@ -53,14 +50,15 @@ MEANT: Final = {
     "{": "(",
     "}": ")",
 }
+# In an arc.
+MEANT_IN_ARC: Final = {"=>": "->", "<=>": "<->", "-->": "->", "- >": "->", "--": "<->"}
 # In a pattern.
 MEANT_IN_PATTERN: Final = {"=>": "->", "- >": "->", "&&": "&", "||": "|", "!": "not", "and": "&", "or": "|"}
+MEANT_IN: Final = {"pattern": MEANT_IN_PATTERN, "arc": MEANT_IN_ARC}
 COMPARISONS: Final = frozenset(("<", "<=", "=", "==", "!=", ">=", ">"))
-WRONG_WORD: Final = re.compile(r"=>|-\s+>|&&|\|\||\w+|.", re.DOTALL)
+WRONG_WORD: Final = re.compile(r"<=>|=>|-->|--|-\s+>|&&|\|\||\w+|.", re.DOTALL)
 
 DECIMAL_COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
-
-_LOCK = Lock()
 
 
 class ExpressionError(Exception):
@@ -69,15 +67,6 @@ class ExpressionError(Exception):
     def __init__(self, diagnostic: Diagnostic) -> None:
         self.diagnostic = diagnostic
         super().__init__(diagnostic.message)
-
-
-@cache
-def _parser() -> tuple[Lark, Builder]:
-    from gesturec.language.expressions.build import Builder
-    from gesturec.language.expressions.grammar import load_parser
-
-    builder = Builder()
-    return load_parser(builder), builder
 
 
 def parse_expression(text: Text) -> tree.Expr:
@@ -117,22 +106,18 @@ def _number_alone(text: Text) -> tree.Expr | None:
 
 
 def _parse(text: Text, start: str) -> Any:
-    from lark.exceptions import UnexpectedCharacters, UnexpectedToken, VisitError
+    from gesturec.language.expressions.build import Builder
+    from gesturec.language.expressions.lalr import WrongCharacter, WrongToken, parse
 
     place = place_of(text)
     if (finding := _too_large(place, start)) is not None:
         raise ExpressionError(finding)
-    parser, builder = _parser()
-    with _LOCK:
-        builder.place = place
-        try:
-            node: Any = parser.parse(place.text, start=start)
-        except UnexpectedCharacters as error:
-            raise ExpressionError(_odd_character(place, start, error.pos_in_stream or 0)) from None
-        except UnexpectedToken as error:
-            raise ExpressionError(_odd_token(place, start, error)) from None
-        except VisitError as error:
-            raise error.orig_exc from None
+    try:
+        node: Any = parse(place.text, start, Builder(place))
+    except WrongCharacter as error:
+        raise ExpressionError(_odd_character(place, start, error.at)) from None
+    except WrongToken as error:
+        raise ExpressionError(_odd_token(place, start, error.token, error.expected)) from None
     if (levels := tree.depth(node)) > MOST_DEPTH:
         message = f"the expression is nested {levels} deep; the limit is {MOST_DEPTH}"
         raise ExpressionError(
@@ -176,14 +161,13 @@ def _meant(word: str, start: str) -> str | None:
     word = re.sub(r"\s+", " ", word)
     if start == "pattern" and word in COMPARISONS:
         return "a comparison stands in brackets, as in `[index.mcp >= 60]`"
-    meant = MEANT_IN_PATTERN.get(word) if start == "pattern" else MEANT.get(word)
+    meant = MEANT_IN.get(start, MEANT).get(word)
     return f"write `{meant}`" if meant else None
 
 
-def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
+def _odd_token(place: Place, start: str, token: Token, expected: set[str]) -> Diagnostic:
     """A finding for a token that cannot stand where it does, or for a text that ends too early."""
     rule, what = WHAT[start]
-    expected = set(error.accepts or error.expected or ())
     wanted = (
         "a value"
         if "NAME" in expected and "NUMBER" in expected
@@ -191,9 +175,9 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
         if "NAME" in expected
         else "an operator or the end"
     )
-    if error.token.type == "$END":
+    if token.type == "$END":
         return _early_end(place, rule, what, wanted, expected)
-    word, at = str(error.token), error.token.start_pos or 0
+    word, at = str(token), token.start_pos
     found = WRONG_WORD.match(place.text, at)
     if start == "pattern" and found is not None and _meant(found[0], start) is not None:
         word = found[0]
@@ -202,14 +186,22 @@ def _odd_token(place: Place, start: str, error: Any) -> Diagnostic:
         help = f"a decimal point is a point: `{DECIMAL_COMMA.sub('.', place.text)}`"
     if word == "+-" and start != "wanted":
         help = "`+-` is a tolerance; put a space into `+ -`"
-    if wanted == "an operator or the end" and error.token.type in ("NAME", "NUMBER"):
+    if wanted == "an operator or the end" and token.type in ("NAME", "NUMBER"):
         wanted = "an operator before it"
-    near = nearest(word, WORDS_BETWEEN[start == "pattern"]) if word.isidentifier() else None
+    if help is None and (before := _word_in_capitals(place.text[:at])) is not None:
+        help = f"words of the language are written small: `{before}`"
+    near = None if help else nearest(word, WORDS_BETWEEN[start == "pattern"]) if word.isidentifier() else None
     if near is not None:
         help = f"did you mean `{near}`?"
     return Diagnostic(
         rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help
     )
+
+
+def _word_in_capitals(before: str) -> str | None:
+    """The keyword that a text ends with in capitals, written small."""
+    found = re.search(r"([A-Z]+)\s*\Z", before)
+    return found[1].lower() if found is not None and found[1].lower() in KEYWORDS else None
 
 
 def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[str]) -> Diagnostic:

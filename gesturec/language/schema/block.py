@@ -1,28 +1,18 @@
 """Blocks of the schema: mappings with keys of the language, and containers with the author's names.
 
-`Block` is the base of every such mapping. It keeps the place of the whole and of each key, drops `x-` keys, and
-reports unknown and missing keys itself, all of them, so that pydantic never meets a mapping that it must refuse
-and a wrong key never hides what is wrong inside.
+`Block` is the base of every such mapping: its annotations declare its keys, and `fields` holds the form of each. It
+keeps the place of the whole and of each key, drops `x-` keys, and reports unknown and missing keys itself, all of
+them, so that a wrong key never hides what is wrong inside. What reads a value is a *form*: a leaf, a block, names
+with values, a list.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
-from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar
-
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    GetJsonSchemaHandler,
-    ModelWrapValidatorHandler,
-    PrivateAttr,
-    ValidationInfo,
-    model_validator,
-)
-from pydantic_core import CoreSchema
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from types import NoneType
+from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, TypeVar, get_args, get_origin
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
@@ -35,19 +25,32 @@ from gesturec.language.schema.leaves import KEY_JSON, PATH_KEY_JSON, Words
 CLASS_WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])")
 
 
-class Block(BaseModel):
+class Block:
     """A mapping whose keys are words of the language."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True, defer_build=True)
     required: ClassVar[tuple[str, ...]] = ()
     one_of: ClassVar[tuple[str, ...]] = ()  # exactly one of these keys
     open_keys: ClassVar[bool] = False  # whether further keys are the author's arguments
+    meant: ClassVar[dict[str, str]] = {}  # what another block calls a key of this one
     short: ClassVar[str | None] = None  # the key that a value which is no mapping stands for
+
+    fields: ClassVar[dict[str, Form]] = {}  # by attribute, in the order of declaration
 
     description: Words = None
     """What this is, in words."""
-    _mapping: Mapping = PrivateAttr()
-    _further: Mapping = PrivateAttr()
+    _mapping: Mapping
+    _further: Mapping
+
+    def __init_subclass__(cls) -> None:
+        """Take the forms of the keys from the annotations."""
+        own = {name: form_of(written) for name, written in cls.__annotations__.items() if not is_class_own(written)}
+        cls.fields = {**cls.fields, **own}
+
+    def __init__(self, mapping: Mapping, further: Mapping, values: dict[str, Any]) -> None:
+        self.__dict__.update(values, _mapping=mapping, _further=further)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a block is frozen: {name}")
 
     @property
     def span(self) -> Span:
@@ -58,6 +61,11 @@ class Block(BaseModel):
     def start(self) -> Span:
         """The place of its first key."""
         return head_of(self._mapping)
+
+    @property
+    def written(self) -> Mapping:
+        """The language's keys here with their values as written."""
+        return self._mapping
 
     @property
     def further(self) -> Mapping:
@@ -85,14 +93,11 @@ class Block(BaseModel):
     @classmethod
     def keys_known(cls) -> tuple[str, ...]:
         """The language's keys here, as written."""
-        return tuple(field.alias or name for name, field in cls.model_fields.items())
+        return tuple(key_of(name) for name in cls.fields)
 
-    @model_validator(mode="wrap")
     @classmethod
-    def keep_places(cls, data: Any, handler: ModelWrapValidatorHandler[Any], info: ValidationInfo) -> Any:
+    def read(cls, data: Any, findings: Findings) -> Self | None:
         """Build the block from a mapping, reporting keys that are unknown or missing."""
-        assert info.context is not None
-        findings: Findings = info.context["findings"]
         if data is None:
             return None
         if not isinstance(data, Mapping) and cls.short is not None:
@@ -102,10 +107,9 @@ class Block(BaseModel):
             return None
         mapping, further = cls.sort_keys(data, findings)
         cls.report_missing(mapping, data, findings)
-        known = cls.keys_known()
-        block = handler({str(key): value for key, value in mapping.items() if key in known})
-        block._mapping, block._further = mapping, further
-        return block
+        there = ((name, form, mapping.get(key_of(name))) for name, form in cls.fields.items())  # type: ignore[call-overload]
+        values = {name: form.read(node, findings) for name, form, node in there if node is not None}
+        return cls(mapping, further, values)
 
     @classmethod
     def sort_keys(cls, data: Mapping, findings: Findings) -> tuple[Mapping, Mapping]:
@@ -123,11 +127,11 @@ class Block(BaseModel):
                 continue
             if key.startswith("x-"):
                 continue
-            near = nearest(key, absent)
+            near = cls.meant[key] if cls.meant.get(key) in absent else nearest(key, absent)
             if cls.open_keys and near not in (*cls.required, *cls.one_of):
                 further[key] = value
                 continue
-            report_unknown_key(cls.what(), key, absent if near else known, findings)
+            report_unknown_key(cls.what(), key, [near] if near else known, findings, near)
             if near is None:
                 further[key] = value
             else:
@@ -149,23 +153,6 @@ class Block(BaseModel):
         for rival in there[1:]:
             report_conflict(mapping, there[0], rival, findings)
 
-    @classmethod
-    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> Json:
-        schema = handler(core)
-        schema = handler.resolve_ref_schema(schema)
-        schema["additionalProperties"] = cls.open_keys
-        schema["patternProperties"] = {"^x-": {}}
-        if cls.required:
-            schema["required"] = list(cls.required)
-        if cls.one_of:
-            schema["oneOf"] = [{"required": [name]} for name in cls.one_of]
-        if cls.short is None:
-            return schema
-        long, title = dict(schema), schema.pop("title", cls.__name__)
-        schema.clear()
-        schema.update({"title": title, "anyOf": [long["properties"][cls.short], long]})
-        return schema
-
 
 def a(what: str) -> str:
     """A block with its article; `units` are several."""
@@ -184,9 +171,12 @@ def head_of(mapping: Mapping) -> Span:
     return next(iter(mapping)).span if mapping else mapping.span
 
 
-def report_unknown_key(what: str, key: Text, known: Iterable[str], findings: Findings) -> None:
+def report_unknown_key(
+    what: str, key: Text, known: Iterable[str], findings: Findings, meant: str | None = None
+) -> None:
     """Report a key that is not of the language here."""
-    findings.report("unknown-key", f"{a(what)} has no key `{key}`", key.span, "unknown key", did_you_mean(key, known))
+    help = did_you_mean(key, known) if meant is None else f"did you mean `{meant}`?"
+    findings.report("unknown-key", f"{a(what)} has no key `{key}`", key.span, "unknown key", help)
 
 
 def report_conflict(data: Mapping, first: str, second: str, findings: Findings) -> None:
@@ -198,47 +188,102 @@ def report_conflict(data: Mapping, first: str, second: str, findings: Findings) 
         findings.report("conflicting-keys", f"`{one}` and `{two}` exclude each other", two.span, "", None, related)
 
 
-def container_check(wanted: str, kind: type[Mapping] | type[Sequence], keys: Test | None = None) -> BeforeValidator:
-    """The check of a list, or of a mapping with the author's names: what is wrong is reported and left out."""
-
-    def check(node: Any, info: ValidationInfo) -> Any:
-        assert info.context is not None
-        findings: Findings = info.context["findings"]
-        if node is None:
-            return kind_empty(kind)
-        if not isinstance(node, kind):
-            wrong_kind(node, wanted, findings)
-            return kind_empty(kind)
-        if keys is None or not isinstance(node, Mapping):
-            return node
-        return {key: value for key, value in node.items() if not key.startswith("x-") and keys(key, findings)}
-
-    return BeforeValidator(check)
+def key_of(attribute: str) -> str:
+    """The key of an attribute, which ends in `_` where it would be a name of Python's or of `Block`'s."""
+    return attribute.rstrip("_")
 
 
-def kind_empty(kind: type) -> Any:
-    """An empty container of a kind."""
-    return {} if kind is Mapping else []
+@dataclass(frozen=True, eq=False)
+class Inner:
+    """The form of a block."""
+
+    block: type[Block]
+
+    def read(self, node: Any, findings: Findings) -> Block | None:
+        """The block; None if it is reported."""
+        return self.block.read(node, findings)
 
 
-def without_none(value: Any) -> Any:
-    """A container without what was reported and left out."""
-    if isinstance(value, dict):
-        return {key: item for key, item in value.items() if item is not None}
-    return tuple(item for item in value if item is not None)
+@dataclass(frozen=True, eq=False)
+class Kinds:
+    """The form of one of several blocks; `choose` tells which one a node is."""
+
+    choose: Callable[[Any], type[Block]]
+    blocks: tuple[type[Block], ...] = ()
+
+    def read(self, node: Any, findings: Findings) -> Block | None:
+        """The block; None if it is reported."""
+        return self.choose(node).read(node, findings)
 
 
+@dataclass(frozen=True, eq=False)
+class Names:
+    """The form of a mapping with the author's names: what is wrong is reported and left out.
+
+    With `holes` a wrong value is None: the name is there and is not reported where it is used.
+    """
+
+    is_key: Test
+    json: Json
+    holes: bool = False
+    item: Form | None = None
+
+    def read(self, node: Any, findings: Findings) -> dict[Text, Any]:
+        """The values by name."""
+        assert self.item is not None
+        if not isinstance(node, Mapping):
+            wrong_kind(node, "a mapping with names", findings)
+            return {}
+        kept = [key for key in node if not key.startswith("x-") and self.is_key(key, findings)]
+        values = {key: self.item.read(node[key], findings) for key in kept}
+        return {key: value for key, value in values.items() if self.holes or value is not None}
+
+
+@dataclass(frozen=True, eq=False)
+class Items:
+    """The form of a list: what is wrong is reported and left out."""
+
+    item: Form | None = None
+
+    def read(self, node: Any, findings: Findings) -> tuple[Any, ...]:
+        """The items."""
+        assert self.item is not None
+        if not isinstance(node, Sequence):
+            wrong_kind(node, "a list", findings)
+            return ()
+        values = [self.item.read(value, findings) for value in node]
+        return tuple(value for value in values if value is not None)
+
+
+Form: TypeAlias = Leaf | Inner | Kinds | Names | Items
+
+
+def is_class_own(annotation: Any) -> bool:
+    """Whether an annotation declares something of the class, and no key."""
+    return annotation is ClassVar or get_origin(annotation) is ClassVar
+
+
+def form_of(annotation: Any) -> Form:
+    """The form that an annotation declares: `Annotated` carries it, a block is its own, `| None` is always meant."""
+    inner = get_args(annotation)
+    if get_origin(annotation) is not Annotated:
+        if isinstance(annotation, type):
+            return Inner(annotation)
+        return form_of(next(part for part in inner if part is not NoneType))
+    declared, form = inner
+    if isinstance(form, Leaf):
+        return form
+    if isinstance(form, Kinds):
+        return replace(form, blocks=get_args(declared))
+    items = get_args(declared)
+    return replace(form, item=form_of(items[1 if isinstance(form, Names) else 0]))  # type: ignore[no-any-return]
+
+
+Block.fields = {"description": form_of(Words)}
 Item = TypeVar("Item")
-Key: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, KEY_JSON, passes=False)]
-PathKey: TypeAlias = Annotated[Text, Leaf("a name", lambda node, findings: True, PATH_KEY_JSON, passes=False)]
-Named: TypeAlias = Annotated[
-    dict[Key, Item], container_check("a mapping with names", Mapping, is_name), AfterValidator(without_none)
-]
-# As `Named`, with None where a value was wrong: the name is there and is not reported where it is used.
-Holed: TypeAlias = Annotated[dict[Key, Item | None], container_check("a mapping with names", Mapping, is_name)]
-Listed: TypeAlias = Annotated[tuple[Item, ...], container_check("a list", Sequence), AfterValidator(without_none)]
-ByPath: TypeAlias = Annotated[
-    dict[PathKey, Item], container_check("a mapping with names", Mapping, is_path), AfterValidator(without_none)
-]
-# The default of a mapping that is not written; pydantic copies it.
-NO_NAMES: dict[Any, Any] = {}
+Named: TypeAlias = Annotated[dict[Text, Item], Names(is_name, KEY_JSON)]
+Holed: TypeAlias = Annotated[dict[Text, Item | None], Names(is_name, KEY_JSON, holes=True)]
+Listed: TypeAlias = Annotated[tuple[Item, ...], Items()]
+ByPath: TypeAlias = Annotated[dict[Text, Item], Names(is_path, PATH_KEY_JSON)]
+# The default of a mapping that is not written.
+NO_NAMES: Final[dict[Any, Any]] = {}

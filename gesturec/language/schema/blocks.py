@@ -1,19 +1,15 @@
 """Every mapping of the language, declared once: its keys, which are required, what each may hold.
 
 The parser, the JSON Schema (`gesturec schema`) and the language reference are made from these classes. Each
-docstring under a key is what an editor shows for it.
+docstring under a key is what an editor shows for it. Annotations are values here, not texts: a block is made of them.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar
-
-from pydantic import Discriminator, Field, Tag
 
 from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Mapping
 from gesturec.language.schema import leaves
-from gesturec.language.schema.block import NO_NAMES, Block, ByPath, Holed, Listed, Named
+from gesturec.language.schema.block import NO_NAMES, Block, ByPath, Holed, Kinds, Listed, Named
 
 
 class Units(Block):
@@ -35,7 +31,7 @@ class Parameter(Block):
     """What it is unless it is set."""
     range: leaves.Interval = None
     """What it may be set to."""
-    one_of_: leaves.Names = Field(None, alias="one_of")
+    one_of_: leaves.Names = None
     """The names that it may be; the first unless it is set."""
 
 
@@ -135,28 +131,27 @@ class FrameEntry(Block):
     """How it is turned there."""
 
 
-ENTRY_KINDS = ("joint", "token")
+ENTRY_KINDS: dict[str, type[Block]] = {"joint": JointEntry, "token": TokenEntry}
 
 
-def entry_kind(node: Any) -> str:
+def entry_kind(node: Any) -> type[Block]:
     """Which kind of chain entry a mapping is."""
     if not isinstance(node, Mapping):
-        return "frame"
+        return FrameEntry
     known = next((kind for kind in ENTRY_KINDS if kind in node), None)
     near = (nearest(key, ENTRY_KINDS) for key in node if key not in FrameEntry.keys_known())
-    return known or next((kind for kind in near if kind is not None), "frame")
+    kind = known or next((kind for kind in near if kind is not None), None)
+    return FrameEntry if kind is None else ENTRY_KINDS[kind]
 
 
-Entry = Annotated[
-    Annotated[JointEntry, Tag("joint")] | Annotated[TokenEntry, Tag("token")] | Annotated[FrameEntry, Tag("frame")],
-    Discriminator(entry_kind),
-]
+Entry = Annotated[JointEntry | TokenEntry | FrameEntry, Kinds(entry_kind)]
 
 
 class Cycle(Block):
     """A closed path through configuration space."""
 
     required = ("period", "samples", "keys")
+    meant: ClassVar[dict[str, str]] = {"duration": "period"}
     period: leaves.Interval = None
     """Shortest to longest time of one round."""
     samples: leaves.Number = None
@@ -171,6 +166,7 @@ class Path(Block):
     """An open path through configuration space."""
 
     required = ("duration", "samples", "keys")
+    meant: ClassVar[dict[str, str]] = {"period": "duration"}
     duration: leaves.Interval = None
     """Shortest to longest time of the whole way."""
     samples: leaves.Number = None

@@ -1,8 +1,8 @@
 """Leaves of the schema: what one value of the language may look like, declared beside what editors are told.
 
 A leaf stays the document's node, with its place; its text is parsed where its names are known. Here only its form
-is checked: a text, a list of three, one of a few words. Wrong forms are reported to the `Findings` in the
-validation's context and become None, so that one wrong value never hides another.
+is checked: a text, a list of three, one of a few words. Wrong forms are reported and become None, so that one wrong
+value never hides another.
 """
 
 from __future__ import annotations
@@ -11,9 +11,6 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Final
-
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import core_schema
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.suggest import did_you_mean
@@ -26,6 +23,8 @@ Test = Callable[[Any, Findings], bool]
 PASSED: Final = re.compile(r"\$[A-Za-z_][A-Za-z0-9_]*\Z")
 NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 PATH: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*\Z")
+# What is written as a text, and may begin as a list or mapping of YAML does.
+QUOTED: Final = frozenset(("an expression", "a gesture pattern"))
 RESERVED: Final = frozenset(
     ("and", "or", "not", "if", "else", "for", "in", "true", "false", "within", "root", "world", "prev", "next", "when")
 )
@@ -45,9 +44,11 @@ def kind_of(node: object) -> str:
 
 def wrong_kind(node: Any, wanted: str, findings: Findings) -> None:
     """Report a node of the wrong form."""
-    findings.report(
-        "wrong-kind", f"{wanted} is wanted here, and this is {kind_of(node)}", first_line(node), f"not {wanted}"
-    )
+    message = f"{wanted} is wanted here, and this is {kind_of(node)}"
+    begins = node.span.text[:1]
+    is_text = wanted in QUOTED and not isinstance(node, Text) and begins in ("[", "{")
+    help = f"a text that begins with `{begins}` is put in quotes" if is_text else None
+    findings.report("wrong-kind", message, first_line(node), f"not {wanted}", help)
 
 
 def first_line(node: Any) -> Any:
@@ -66,18 +67,11 @@ class Leaf:
     json: Json = field(default_factory=lambda: {"type": "string"})
     passes: bool = True  # whether `$name` may stand for it
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        return core_schema.with_info_plain_validator_function(self.validate)
-
-    def __get_pydantic_json_schema__(self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler) -> Json:
-        return dict(self.json)
-
-    def validate(self, node: Any, info: core_schema.ValidationInfo) -> Node | None:
+    def read(self, node: Any, findings: Findings) -> Node | None:
         """The node, or None if it is reported."""
-        assert info.context is not None
         if node is None or (self.passes and is_passed(node)):
             return node  # type: ignore[no-any-return]
-        return node if self.test(node, info.context["findings"]) else None
+        return node if self.test(node, findings) else None
 
 
 def every(tests: Iterable[bool]) -> bool:
@@ -258,7 +252,7 @@ def is_members(node: Any, findings: Findings) -> bool:
 def is_bound_tokens(node: Any, findings: Findings) -> bool:
     """`{OURS: THEIRS}` or a list of ours."""
     if isinstance(node, Sequence):
-        return is_names(node, findings)
+        return is_members(node, findings)
     if not isinstance(node, Mapping):
         wrong_kind(node, "tokens with the names that another tool gives them", findings)
         return False

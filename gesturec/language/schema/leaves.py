@@ -59,8 +59,8 @@ REST_JSON: Final = any_of(
 )
 CONFIGURATION_JSON: Final = any_of({"type": ["string", "boolean"]}, map_of(any_of(SCALAR_JSON, map_of(SCALAR_JSON))))
 KEYS_JSON: Final = any_of({"type": "string"}, map_of(any_of(map_of(NUMBER_JSON), PARAMETER_JSON)))
-# Phases nest; a reference to a definition of its own is put in once the schema is whole.
-PHASES_JSON: Final[Json] = {"$comment": "phases"}
+# Phases nest, so they have a definition of their own.
+PHASES_JSON: Final[Json] = {"$ref": "#/$defs/Phases"}
 PHASES_DEFINITION: Final = map_of(any_of(NUMBER_JSON, {"$ref": "#/$defs/Phases"}), NAME_JSON)
 DWELL_JSON: Final = any_of(INTERVAL_JSON, map_of(INTERVAL_JSON))
 THEIRS_JSON: Final = any_of(
