@@ -68,9 +68,7 @@ def test_a_rebaked_length_moves_what_lies_beyond_it() -> None:
     assert np.array_equal(again.machine(1).mean, compiled(model).machine(1).mean)
 
 
-@pytest.mark.parametrize(
-    "bad", [{"scale": 0.0}, {"scale": float("nan")}, {"joint_at": {"nose": (0, 0, 0)}}]
-)
+@pytest.mark.parametrize("bad", [{"scale": 0.0}, {"scale": float("nan")}, {"joint_at": {"nose": (0, 0, 0)}}])
 def test_what_is_no_body_is_refused(bad: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"."):
         rebake(compiled(paper_hand()), **bad)  # type: ignore[arg-type]
