@@ -120,6 +120,7 @@ def _check_ranges(columns: Columns, sizes: Mapping[str, int]) -> None:
     states = columns["machine_state_start"].astype(np.int64) + columns["machine_state_count"]
     require(np.array_equal(columns["machine_state_start"], np.r_[0, states[:-1]][: len(states)]), "states have gaps")
     require((states[-1] if len(states) else 0) == sizes["n_state"], "there are states of no machine")
+    _check_limbs(columns)
     _check_parents(columns)
     _check_sets(columns)
 
@@ -137,6 +138,15 @@ def _check_cells(columns: Columns) -> None:
         require(bool(is_inside.all()), "`level_value` is not in its cell")
         apart = count < 2 or bool((high - low > 2 * rounding).all() and (low[1:] >= high[:-1] - rounding).all())
         require(apart, "`level_low` and `level_high` overlap")
+
+
+def _check_limbs(columns: Columns) -> None:
+    """A limb is one chain: its first joint sits where it hangs from, each other on the one before it."""
+    limb, parent = columns["segment_limb"], columns["joint_parent"]
+    for joint in range(len(parent)):
+        follows = limb[joint] == limb[joint + 1]
+        before = joint if follows else int(columns["limb_parent"][limb[joint + 1]])
+        require(parent[joint] == before, "`joint_parent` does not make a chain of a limb")
 
 
 def _check_parents(columns: Columns) -> None:

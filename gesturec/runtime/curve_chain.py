@@ -28,6 +28,7 @@ PACES: Final = 4  # between the slowest and the fastest, evenly by their logarit
 SLOWEST: Final = 1 / 8  # of the fastest pace, where the model gives no longest period
 PLACES: Final = 8  # paces that stand for an interval of paces
 PACE_TIME: Final = 1.0  # s for which a body keeps its pace on average
+CURVE_MOTION: Final = MotionParameters(hold_time=0.8, move_time=3.0)  # who walks goes on for some strides
 ARC_TIME: Final = 0.4  # s until a moving body takes one of the declared arcs where it is, on average
 MOST_ROUNDS: Final = 4  # times round the curve in one gap; by then it may be anywhere
 
@@ -47,7 +48,7 @@ class CurveChain(Chain):
     lattice: Lattice
     ring: Semiring
     tables: MachineTables
-    motion: MotionParameters = field(default_factory=lambda: MotionParameters(hold_time=0.8, move_time=3.0))
+    motion: MotionParameters = CURVE_MOTION
     known: dict[int, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -8,14 +8,16 @@ from gesturec.artifact.artifact import MachineTables
 from gesturec.runtime.arrays import Mask
 from gesturec.runtime.body import Body
 from gesturec.runtime.chain import Chain, Ids
-from gesturec.runtime.curve_chain import CurveChain
+from gesturec.runtime.curve_chain import CURVE_MOTION, CurveChain
 from gesturec.runtime.dwell import Ages, ages_of, bounds_of
 from gesturec.runtime.graph_chain import GraphChain
+from gesturec.runtime.kernels import MotionParameters
 from gesturec.runtime.lattice import Lattice, machine_lattice
 from gesturec.runtime.lattice_chain import LatticeChain
 from gesturec.runtime.machines import Decoder
 from gesturec.runtime.nearest import Nearest
 from gesturec.runtime.options import Options
+from gesturec.runtime.person_motion import person_motion
 from gesturec.runtime.reach import Graph
 from gesturec.runtime.semiring import MAX_PRODUCT, SEMIRINGS, TRACED, Semiring
 from gesturec.runtime.starting import start_masks
@@ -37,9 +39,10 @@ def _window_decoder(body: Body, machine: int, first: Mask, options: Options, noi
     tables, graph, ring = body.machines[machine], body.graphs[machine], SEMIRINGS[options.decoder]
     lever = float(body.levers[machine].max(initial=0.0))
     lattice = machine_lattice(body.artifact, body.chain, tables, lever, noise)
-    chain = _chain(lattice, tables, graph, ring)
+    motion = _motion(body, tables, graph)
+    chain = _chain(lattice, tables, graph, ring, motion)
     ages = _ages(body, tables, chain.state, ring)
-    tracer = _chain(lattice, tables, graph, TRACED) if options.decoder == "viterbi" else None
+    tracer = _chain(lattice, tables, graph, TRACED, motion) if options.decoder == "viterbi" else None
     return WindowDecoder(tables, chain, body.levers[machine], first, options.sure, ages, tracer)
 
 
@@ -50,7 +53,13 @@ def _ages(body: Body, tables: MachineTables, state: Ids | None, ring: Semiring) 
     return None if bounds is None else ages_of(bounds, np.arange(n_state) if state is None else state, ring)
 
 
-def _chain(lattice: Lattice, tables: MachineTables, graph: Graph, ring: Semiring) -> Chain:
+def _motion(body: Body, tables: MachineTables, graph: Graph) -> MotionParameters:
+    """How the machine moves: as this person does, where the model is baked for one."""
+    usual = CURVE_MOTION if graph.rounds_up else MotionParameters()
+    return person_motion(body.artifact.manifest.profile, tables.name, usual)
+
+
+def _chain(lattice: Lattice, tables: MachineTables, graph: Graph, ring: Semiring, motion: MotionParameters) -> Chain:
     if lattice.axes:
-        return LatticeChain(lattice, ring)
-    return CurveChain(lattice, ring, tables) if graph.rounds_up else GraphChain(lattice, ring, graph)
+        return LatticeChain(lattice, ring, motion)
+    return CurveChain(lattice, ring, tables, motion) if graph.rounds_up else GraphChain(lattice, ring, graph, motion)

@@ -1,8 +1,9 @@
-"""Bounds on the time in states, kept in a simulated take: who may not leave a phase yet has come into it earlier.
+"""Bounds on the time in states, kept in a simulated take: who may not leave a phase yet stays in it.
 
 In: a machine's planned states, one a tick. Out: the same with stays in bounded sets (`dwell` of the model) as long as
-they have to be. A stay that is too short begins earlier, where the machine rested before it: the ticks are taken from
-that rest, and spent in the stay's first state. A stay that follows no rest long enough is left as it is.
+they have to be. A stay that is too short begins earlier, where the machine rested before it, or ends later, where it rests
+after it: the ticks are taken from that rest, and spent in the stay's first or last state. A stay with no rest long
+enough beside it is left as it is.
 """
 
 from __future__ import annotations
@@ -42,9 +43,13 @@ def lengthened(states: Ids, inside: Mask, least: int) -> Ids:
         missing = least - (after - first)
         if not inside[states[first]] or missing <= 0:
             continue
-        rest = first - 1
-        while rest > 0 and states[rest - 1] == states[first - 1]:
-            rest -= 1
-        if first - missing > rest:  # a tick of rest remains
+        if _rests(states, first - missing - 1, first):
             states[first - missing : first] = states[first]
+        elif _rests(states, after, after + missing + 1):
+            states[after : after + missing] = states[after - 1]
     return states
+
+
+def _rests(states: Ids, first: int, after: int) -> bool:
+    """Whether a machine is in one state for some ticks that are there."""
+    return 0 <= first and after <= len(states) and bool((states[first:after] == states[first]).all())
