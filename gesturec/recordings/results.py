@@ -197,7 +197,8 @@ def posteriors(artifact: Artifact, probability: Array) -> dict[str, dict[str, An
 def _frame(artifact: Artifact, decoding: Decoding, frame: int) -> dict[str, Any]:
     """Everything of one frame, as plain JSON."""
     manifest = artifact.manifest
-    angles = decoding.joint_angle[frame] / joint_units(artifact)
+    units = joint_units(artifact)
+    angles, means = decoding.joint_angle[frame] / units, decoding.joint_mean[frame] / units
     probability = decoding.probability[frame].astype(float)
     return {
         "frame": frame,
@@ -209,6 +210,7 @@ def _frame(artifact: Artifact, decoding: Decoding, frame: int) -> dict[str, Any]
         "posterior": posteriors(artifact, probability),
         "decided_frame": dict(zip(manifest.machines, map(int, decoding.decided_frame[frame]), strict=True)),
         "joints": dict(zip(manifest.joints, map(_plain, angles), strict=True)),
+        "expected": dict(zip(manifest.joints, map(_plain, means), strict=True)),
         "pose": _pose(decoding.pose_rotation[frame], decoding.pose_translation[frame]),
         "scale": _plain(decoding.scale[frame]),
         **_bodies(artifact, decoding.places, frame),

@@ -159,6 +159,7 @@ def join_records(records: Sequence[FrameRecord], status: str) -> FrameRecord:
         pose_translation=np.full(3, np.nan),
         scale=float("nan"),
         joint_angle=joined("joint_angle"),
+        joint_mean=joined("joint_mean"),
         measured=joined("measured"),
         filtered=joined("filtered"),
         velocity=joined("velocity"),

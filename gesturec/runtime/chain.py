@@ -46,6 +46,8 @@ class Chain(ABC):
         """Lay out the entries; subclasses call it once."""
         self.cell, self.is_moving = cell, is_moving
         self.state = self.lattice.state[cell]
+        self._by_cell = np.argsort(cell, kind="stable")
+        self._cell_starts = np.searchsorted(cell[self._by_cell], np.arange(len(self.lattice.state)))
         order = np.argsort(self.state, kind="stable")
         order = order[self.state[order] >= 0]  # cells that constraints removed are of no state
         self._order, self._starts = order, np.searchsorted(self.state[order], np.arange(self.lattice.n_state))
@@ -83,9 +85,10 @@ class Chain(ABC):
 
     def cells(self, belief: Floats) -> Floats:
         """Belief in each cell, (n_cell,), of one row of entries."""
-        total = np.zeros(len(self.lattice.state), np.float32)
-        (np.add if self.ring.sums else np.maximum).at(total, self.cell, belief)
-        return total
+        count = len(self.lattice.state)
+        if self.ring.sums:
+            return np.bincount(self.cell, belief, minlength=count).astype(np.float32)
+        return np.asarray(np.maximum.reduceat(belief[self._by_cell], self._cell_starts))
 
     def states(self, belief: Floats) -> Array:
         """Belief in each state, (n_state,), of one row of entries; sums to 1."""

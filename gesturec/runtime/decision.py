@@ -26,6 +26,7 @@ class Decision:
     limit: float
     reachable: int
     delay: int = 0
+    mean: Array | None = None  # (n_joint of the machine,) expected value of each joint; None: not told
 
 
 def credible_set(probability: Array, mass: float = SET_MASS) -> NDArray[np.int64]:

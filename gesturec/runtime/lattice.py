@@ -8,7 +8,7 @@ token moments of every cell, and the state that each lies in. A machine that is 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.columns import VALUE_SOURCES
-from gesturec.artifact.kinematics import COUPLED, FIXED, SLIDE, Chain
+from gesturec.artifact.kinematics import COUPLED, FIXED, SLIDE, Chain, complete_values
 from gesturec.artifact.moments import Spread, cell_moments
 from gesturec.runtime.refinement import refine, worth_parts
 
@@ -67,6 +67,10 @@ class Lattice:
         Largest eigenvalue of each token's covariance in each cell, (n_cell, n_token): for quick bounds.
     reach
         Radius of the tokens' workspace, m: the scale of an outlier's density.
+    angle
+        Value of each joint of the machine at the middle of each cell, (n_cell, n_joint).
+    wraps
+        Joints that go round, (n_joint,).
     """
 
     axes: tuple[Axis, ...]
@@ -77,6 +81,8 @@ class Lattice:
     spread: Array
     reach: float
     n_state: int
+    angle: Array
+    wraps: NDArray[np.bool_]
     parts: dict[bytes, Part] = field(default_factory=dict, repr=False)  # what `part` remembers
 
     def part(self, tokens: NDArray[np.int64]) -> Part:
@@ -101,10 +107,10 @@ def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, lev
 
     `lever` is how far out its farthest token is, m, and `noise` a token's standard deviation, m.
     """
-    axes = _axes(artifact, tables, lever, noise)
+    axes, wraps = _axes(artifact, tables, lever, noise), artifact.columns["joint_wrap"][tables.joints] == 1
     if not axes or math.prod(len(a.low) for a in axes) > MOST_CELLS:
         volume = np.full(len(tables.state_names), 1 / len(tables.state_names))
-        return _lattice((), np.arange(len(volume)), volume, tables.mean, tables.covariance, len(volume))
+        return _lattice((), np.arange(len(volume)), volume, tables.mean, tables.covariance, tables.angle, wraps)
     free = [int(j) for j in tables.joints if artifact.columns["joint_source"][j] == QUANTISED]
     index = np.indices([len(a.low) for a in axes]).reshape(len(axes), -1)
     spreads = {j: Spread(a.low[i], a.high[i], 0.0) for j, a, i in zip(free, axes, index, strict=True)}
@@ -114,11 +120,27 @@ def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, lev
     volume = np.prod([(a.high - a.low)[i] for a, i in zip(axes, index, strict=True)], axis=0)
     state = _states_of(tables, free, axes, artifact)[tuple(a.level[i] for a, i in zip(axes, index, strict=True))]
     volume = np.where(state >= 0, volume, 0.0)
-    return _lattice(axes, state, volume / volume.sum(), moments.mean, moments.covariance, len(tables.state_names))
+    volume = volume / volume.sum()
+    angle = _angles_of(artifact, chain, tables, spreads)
+    lattice = _lattice(axes, state, volume, moments.mean, moments.covariance, angle, wraps)
+    return replace(lattice, n_state=len(tables.state_names))
+
+
+def _angles_of(artifact: Artifact, chain: Chain, tables: MachineTables, spreads: dict[int, Spread]) -> Array:
+    """Joint values (n_cell, n_joint) at the middles of cells."""
+    known = complete_values(chain, {joint: (spread.low + spread.high) / 2 for joint, spread in spreads.items()})
+    count = len(next(iter(spreads.values())).low)
+    return np.stack([np.broadcast_to(known[int(joint)], (count,)) for joint in tables.joints], -1)
 
 
 def _lattice(
-    axes: tuple[Axis, ...], state: NDArray[np.int64], volume: Array, mean: Array, covariance: Array, n_state: int
+    axes: tuple[Axis, ...],
+    state: NDArray[np.int64],
+    volume: Array,
+    mean: Array,
+    covariance: Array,
+    angle: Array,
+    wraps: NDArray[np.bool_],
 ) -> Lattice:
     n_cell, n_token = len(mean), mean.shape[1]
     blocks = covariance.reshape(n_cell, n_token, 3, n_token, 3)[:, range(n_token), :, range(n_token), :]
@@ -127,7 +149,8 @@ def _lattice(
         spread[:] = np.linalg.eigvalsh(np.swapaxes(blocks, 0, 1))[..., -1]
     cloud = mean.reshape(-1, 3)
     reach = float(np.linalg.norm(cloud - cloud.mean(0), axis=1).max()) if len(cloud) else 1.0
-    return Lattice(axes, state, volume, mean.reshape(n_cell, -1), covariance, spread, max(reach, 1e-6), n_state)
+    flat = mean.reshape(n_cell, -1)
+    return Lattice(axes, state, volume, flat, covariance, spread, max(reach, 1e-6), len(state), angle, wraps)
 
 
 def _axes(artifact: Artifact, tables: MachineTables, lever: float, noise: float) -> tuple[Axis, ...]:

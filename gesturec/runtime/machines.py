@@ -160,9 +160,10 @@ def couple(
     body: Body, decoders: Sequence[Decoder], before: Sequence[Any], carried: Sequence[Any], dt: float
 ) -> tuple[list[Any], list[Heard]]:
     """What machines carry after a frame, having heard what is believed of each other; and what each heard."""
-    told = [decoder.believed(each) for decoder, each in zip(decoders, carried, strict=True)]
+    is_silent = not is_coupled(body)
+    told = [] if is_silent else [d.believed(each) for d, each in zip(decoders, carried, strict=True)]
     known = [each for each in told if each is not None]
-    if not is_coupled(body) or len(known) < len(told):
+    if is_silent or len(known) < len(told):
         return list(carried), [NOTHING] * len(decoders)
     ring, states = decoders[0].ring, [own for own, _ in known]
     share = share_of(dt) if dt > 0 and ring.multiplies else 1.0  # a first frame says all of it

@@ -136,6 +136,7 @@ class Nearest:
             float(generous[best]),
             limit,
             int(belief.allowed.sum()),
+            mean=soft(reachable) @ self.tables.angle,
         )
         if generous.min() > limit:
             return self._refuse(belief, replace(decision, status="misfit", chi_square=float(generous.min())))

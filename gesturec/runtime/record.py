@@ -40,6 +40,7 @@ def make_record(body: Body, shown: Shown, decisions: Sequence[Decision], up: str
         pose_translation=np.full(3, np.nan) if pose is None else pose.translation,
         scale=float("nan") if pose is None else float(np.exp(pose.log_scale)),
         joint_angle=angles,
+        joint_mean=joint_means(body, decisions),
         measured=moment.points.measured,
         filtered=moment.track.position,
         velocity=moment.track.velocity,
@@ -76,6 +77,15 @@ def joint_angles(body: Body, state: NDArray[np.int32]) -> Array:
     for tables in body.machines:
         free[tables.joints] = True
     return np.where(free, angles, fixed)
+
+
+def joint_means(body: Body, decisions: Sequence[Decision]) -> Array:
+    """Expected value of every joint, (n_joint,); NaN where a decoder does not tell it."""
+    means = joint_angles(body, np.full(len(decisions), -1, dtype=np.int32))
+    for tables, decision in zip(body.machines, decisions, strict=True):
+        if decision.mean is not None:
+            means[tables.joints] = decision.mean
+    return means
 
 
 def make_step(body: Body, shown: Shown, record: FrameRecord, decisions: Sequence[Decision]) -> Step:

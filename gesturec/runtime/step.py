@@ -71,6 +71,7 @@ class FrameRecord:
     pose_translation: Array  # (3,)
     scale: float
     joint_angle: Array  # (n_joint,)
+    joint_mean: Array  # (n_joint,) expected value over all that is possible, finer than levels; NaN not told
     measured: Array  # (n_token, 3), world
     filtered: Array  # (n_token, 3), world
     velocity: Array  # (n_token, 3) m/s, of the filtered track
@@ -151,6 +152,7 @@ class Decoding:
     pose_translation: Array  # (n_frame, 3) m; NaN unknown
     scale: Array  # (n_frame,)
     joint_angle: Array  # (n_frame, n_joint) rad or m; NaN undecided
+    joint_mean: Array  # (n_frame, n_joint) expected value over all that is possible, finer than levels; NaN not told
     measured: Array  # (n_frame, n_token, 3) m, world; NaN unseen
     filtered: Array  # (n_frame, n_token, 3) m, world; NaN while there is no track
     velocity: Array  # (n_frame, n_token, 3) m/s, world

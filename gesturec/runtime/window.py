@@ -26,6 +26,7 @@ from gesturec.runtime.decision import Decision, credible_set, most_probable
 from gesturec.runtime.dwell import Aged, Ages, Row
 from gesturec.runtime.emission import Evidence, emit, personal_variance
 from gesturec.runtime.expectation import Believed
+from gesturec.runtime.lattice import Lattice
 from gesturec.runtime.likelihood import Fit, cell_likelihood
 from gesturec.runtime.semiring import Floats, Semiring
 from gesturec.runtime.sight import Sight
@@ -48,6 +49,23 @@ class Carried(NamedTuple):
     belief: Belief | None  # None before the first frame
     misfit: float  # running share of misfits
     unseen: float | None  # s since some token was seen; None before the first frame
+
+
+class Told(NamedTuple):
+    """What all frames say of one: the states' posterior (n_state,), and the joints' expected values (n_joint,)."""
+
+    state: Array
+    mean: Array
+
+
+def expected(weight: Array, lattice: Lattice) -> Array:
+    """Mean value of each joint over the cells, (n_joint,); of a joint that goes round, in the direction of the mean."""
+    weight = weight / max(weight.sum(), SMALLEST)
+    mean = weight @ lattice.angle
+    for joint in np.flatnonzero(lattice.wraps):
+        angle = lattice.angle[:, joint]
+        mean[joint] = math.atan2(weight @ np.sin(angle), weight @ np.cos(angle))
+    return np.asarray(mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +182,8 @@ class WindowDecoder:
         """Decide the first frame of a window in the light of all of it."""
         belief = self.advance(carried.belief, window[0])
         early = self.states(belief, None)
-        final = early if len(window) == 1 else self.states(belief, self._look_back(belief, window))
-        delay = self._delay(belief, window, most_probable(early), most_probable(final))
+        final = self.told(belief, None if len(window) == 1 else self._look_back(belief, window))
+        delay = self._delay(belief, window, most_probable(early), most_probable(final.state))
         return self.conclude(carried, window[0], belief, early, final, delay)
 
     def _look_back(self, belief: Belief, window: Sequence[Sight]) -> Floats | None:
@@ -208,15 +226,15 @@ class WindowDecoder:
         early, final = self._backwards(sights, marks)
         carried, decisions = self.start(), []
         for n, sight in enumerate(sights):
-            delay = 0 if most_probable(early[n]) == most_probable(final[n]) else len(sights) - 1 - n
+            delay = 0 if most_probable(early[n]) == most_probable(final[n].state) else len(sights) - 1 - n
             carried, decision = self.conclude(carried, sight, None, early[n], final[n], delay)
             decisions.append(decision)
         return decisions
 
-    def _backwards(self, sights: Sequence[Sight], marks: Sequence[Belief | None]) -> tuple[list[Array], list[Array]]:
+    def _backwards(self, sights: Sequence[Sight], marks: Sequence[Belief | None]) -> tuple[list[Array], list[Told]]:
         """Posteriors of the states from the past alone and from everything, of all frames."""
         early: list[Array] = []
-        final: list[Array] = []
+        final: list[Told] = []
         later: Floats | None = None
         link: Ids | None = None  # of the frame after
         for block in range(len(marks) - 1, -1, -1):
@@ -231,19 +249,29 @@ class WindowDecoder:
                     later = self.backward(later, sights[n + 1], link)
                 link = belief.link
                 early.append(self.states(belief, None))
-                final.append(early[-1] if later is None else self.states(belief, later))
+                final.append(self.told(belief, later))
         return early[::-1], final[::-1]
 
     def states(self, belief: Belief, later: Floats | None) -> Array:
         """Posterior of the states, (n_state,), from a belief and what comes later."""
+        return self.chain.states(self._posterior(belief, later))
+
+    def told(self, belief: Belief, later: Floats | None) -> Told:
+        """Posterior of the states, and the joints' expected values."""
+        entries = self._posterior(belief, later)
+        cells = self.chain.cells(entries).astype(np.float64) * (self.chain.lattice.state >= 0)
+        return Told(self.chain.states(entries), expected(cells, self.chain.lattice))
+
+    def _posterior(self, belief: Belief, later: Floats | None) -> Floats:
+        """A belief and what comes later, (n_entry,)."""
         ring, mass = self.chain.ring, belief.aged.mass
         if later is not None:
             both = ring.join(mass, later)
             mass = both if self.chain.total(both) > SMALLEST else mass
-        return self.chain.states(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
+        return np.asarray(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
 
     def conclude(
-        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Array, delay: int
+        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int
     ) -> tuple[Carried, Decision]:
         """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
         first = carried.unseen is None
@@ -254,12 +282,20 @@ class WindowDecoder:
             misfit = (
                 float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
             )
-        state, candidates = most_probable(final), credible_set(final)
-        status = self._status(now, misfit, unseen, final)
+        state, candidates = most_probable(final.state), credible_set(final.state)
+        status = self._status(now, misfit, unseen, final.state)
         decided = status in ("ok", "partial", "coasting")
-        seen = 0 if now.evidence is None else int(now.evidence.seen.sum())
         decision = Decision(
-            state if decided else -1, final, candidates, status, seen, square, limit, int((early > 0).sum()), delay
+            state if decided else -1,
+            final.state,
+            candidates,
+            status,
+            0 if now.evidence is None else int(now.evidence.seen.sum()),
+            square,
+            limit,
+            int((early > 0).sum()),
+            delay,
+            final.mean,
         )
         return Carried(belief, misfit, unseen), decision
 

@@ -1,9 +1,9 @@
 """Bounds on the time in states, kept in a simulated take: who may not leave a phase yet stays in it.
 
 In: a machine's planned states, one a tick. Out: the same with stays in bounded sets (`dwell` of the model) as long as
-they have to be. A stay that is too short begins earlier, where the machine rested before it, or ends later, where it rests
-after it: the ticks are taken from that rest, and spent in the stay's first or last state. A stay with no rest long
-enough beside it is left as it is.
+they have to be. A stay that is too short begins earlier, where the machine rested before it, or ends later, where it
+rests after it: the ticks are taken from that rest, and spent in the stay's first or last state. A stay with no rest
+long enough beside it is left as it is.
 """
 
 from __future__ import annotations
@@ -52,4 +52,4 @@ def lengthened(states: Ids, inside: Mask, least: int) -> Ids:
 
 def _rests(states: Ids, first: int, after: int) -> bool:
     """Whether a machine is in one state for some ticks that are there."""
-    return 0 <= first and after <= len(states) and bool((states[first:after] == states[first]).all())
+    return first >= 0 and after <= len(states) and bool((states[first:after] == states[first]).all())

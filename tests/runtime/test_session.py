@@ -203,3 +203,18 @@ def test_the_lattice_is_as_fine_as_the_noise_lets_it_gain(hand: Artifact, take: 
     cells = {noise: decode(hand, take, noise=noise).report["cells"] for noise in (0.001, 0.06, 0.3)}
     assert cells[0.001]["index"] > cells[0.06]["index"] > cells[0.3]["index"] == 32
     assert decode(hand, take, decoder="nearest").report["cells"]["index"] == 32
+
+
+@pytest.mark.parametrize(
+    "way", [{"decoder": "forward"}, {"decoder": "viterbi", "lag": 0.08}, {"decoder": "nearest"}], ids=str
+)
+def test_expected_values_are_finer_than_levels(hand: Artifact, take: Any, way: dict[str, Any]) -> None:
+    """Between levels of 30 degrees the mean follows the angle; only a decoder of states alone is as coarse as they."""
+    decoding = decode(hand, take, **way)
+    joint = hand.manifest.joints.index("index.pip")
+    off = np.degrees(np.abs(decoding.joint_mean[:, joint] - take.truth[:, joint]))
+    level = np.degrees(np.abs(decoding.joint_angle[:, joint] - take.truth[:, joint]))
+    assert off.mean() < level.mean() or way["decoder"] == "nearest"
+    assert off.mean() < (9 if way["decoder"] == "nearest" else 4)
+    coupled = hand.manifest.joints.index("index.dip")
+    np.testing.assert_allclose(decoding.joint_mean[:, coupled], decoding.joint_mean[:, joint], atol=1e-9)

@@ -94,6 +94,7 @@ def walk_through_states(
         pose_translation=np.tile([0.1, 0.2, 0.3], (n_frame, 1)),
         scale=np.ones(n_frame),
         joint_angle=angle,
+        joint_mean=angle,
         measured=measured,
         filtered=measured,
         velocity=np.zeros(measured.shape),
