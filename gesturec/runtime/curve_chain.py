@@ -161,7 +161,8 @@ def _curve_arcs(tables: MachineTables) -> tuple[Ids, Ids, Ids]:
 
 def _weights(tables: MachineTables, source: Ids, target: Ids, way: Ids, pace: Pace) -> Floats:
     """One step of a pace: on along the curve, off it by an arc, or, where the curve leads no further, staying."""
-    n, likely = len(tables.transition_start) - 1, np.exp(-np.asarray(tables.transition_cost))
+    n, cost = len(tables.transition_start) - 1, np.asarray(tables.transition_cost)
+    likely = np.exp(cost.min(initial=np.inf) - cost)  # what all steps cost changes nothing
     on, stays = way == pace.way, source == target
     arc = (way == 0) & ~stays
     total = np.bincount(source[arc], likely[arc], minlength=n)

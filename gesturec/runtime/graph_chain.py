@@ -29,7 +29,9 @@ class GraphChain(Chain):
 
     def __post_init__(self) -> None:
         n, source, target = self.lattice.n_state, self.graph.source, self.graph.target.astype(np.int64)
-        weight = np.exp(-self.graph.cost)
+        least = np.full(n, np.inf)
+        np.minimum.at(least, source, self.graph.cost)
+        weight = np.exp(least[source] - self.graph.cost)  # what all of a state's steps cost changes nothing
         out, best = np.bincount(source, weight, minlength=n), np.zeros(n)
         np.maximum.at(best, source, weight)
         whole = out if self.ring.multiplies else best

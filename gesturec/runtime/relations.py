@@ -40,7 +40,8 @@ def relations_of(artifact: Artifact) -> tuple[Relation, ...]:
         machines = tuple(int(m) for m in columns["relation_machine"][start : start + count])
         shape = [int(sizes[m]) for m in machines]
         cost = columns["relation_cost"][first : first + int(np.prod(shape))].reshape(shape)
-        found.append(Relation(machines, np.exp(-cost)))
+        lowest = float(cost.min(initial=np.inf))
+        found.append(Relation(machines, np.exp((lowest if np.isfinite(lowest) else 0.0) - cost)))
     return tuple(found)
 
 

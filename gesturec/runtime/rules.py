@@ -24,6 +24,7 @@ from gesturec.runtime.arrays import Array
 Ids = NDArray[np.int64]
 MOST_ASKED: Final = 4096  # combinations of states before and after; the likeliest of each machine are taken
 LEAST_ASKED: Final = 1e-4  # probability below which a state is not asked about
+MOST_WEIGHT: Final = 50.0  # of a logarithm: a cost below minus that is no author's
 FORBID, PREFER = RULE_KINDS.index("forbid"), RULE_KINDS.index("prefer")
 
 
@@ -46,7 +47,7 @@ def rules_of(artifact: Artifact, chain: Chain) -> tuple[StepRule, ...]:
             _machines(artifact, chain, owner, int(program)),
             int(program),
             bool(kind == FORBID),
-            0.0 if kind == FORBID else float(np.exp(-cost)),
+            0.0 if kind == FORBID else float(np.exp(min(-cost, MOST_WEIGHT))),
         )
         for kind, program, cost in zip(columns["rule_kind"], columns["rule_program"], columns["rule_cost"], strict=True)
         if kind in (FORBID, PREFER)

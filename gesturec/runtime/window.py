@@ -140,7 +140,8 @@ class WindowDecoder:
         if sight.others is not None:
             mass = ring.join(mass, sight.others.astype(np.float32)[chain.state])
         if self.tables.cost.any():
-            mass = ring.join(mass, np.exp(-share * self.tables.cost).astype(np.float32)[chain.state])
+            cost = self.tables.cost - self.tables.cost.min()
+            mass = ring.join(mass, np.exp(-share * cost).astype(np.float32)[chain.state])
         return np.asarray(mass, dtype=np.float32)
 
     def _cost_share(self, dt: float) -> float:
