@@ -105,7 +105,10 @@ def test_axes_are_applied_as_their_product_would_be(ring: Semiring) -> None:
 def test_a_graph_chain_follows_the_declared_steps(hand: Artifact, finger: Lattice) -> None:
     tables = hand.machine(0)
     n = len(tables.state_names)
-    states = Lattice((), np.arange(n), np.full(n, 1 / n), tables.mean, tables.covariance, finger.spread, 0.1, n)
+    none = np.zeros(len(tables.joints), dtype=bool)
+    states = Lattice(
+        (), np.arange(n), np.full(n, 1 / n), tables.mean, tables.covariance, finger.spread, 0.1, n, tables.angle, none
+    )
     graph = machine_graph(tables, np.full(len(tables.joints), np.inf), 0.04)
     chain = GraphChain(states, SUM_PRODUCT, graph)
     only = np.zeros(n, np.float32)
