@@ -50,9 +50,12 @@ def is_same_pose(one: PoseEstimate | None, other: PoseEstimate | None) -> bool:
     angles = [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]
     apart = np.array([*angles, *(one.translation - other.translation), one.log_scale - other.log_scale])
     apart[:3] /= 2  # sines, which are the angles where they are small
-    variance, before = np.diagonal(other.covariance), np.diagonal(one.covariance)
-    near = (apart**2 <= SAME_POSE**2 * variance + LEAST_APART**2).all()
-    return bool(near and (np.abs(variance - before) <= SAME_POSE * before + LEAST_APART**2).all())
+    spread = other.covariance + LEAST_APART**2 * np.eye(7)
+    if apart @ np.linalg.solve(spread, apart) > SAME_POSE**2:
+        return False
+    blocks = (slice(0, 3), slice(3, 6), slice(6, 7))  # traces, which turning the world does not change
+    before, now = (np.array([pose.covariance.diagonal()[b].sum() for b in blocks]) for pose in (one, other))
+    return bool((np.abs(now - before) <= SAME_POSE * before + LEAST_APART**2).all())
 
 
 class SizeBelief(NamedTuple):
