@@ -158,6 +158,7 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         "scale": float(scale[-1]) if len(scale) else None,
         **({} if decoding.places is None else {"scales": _scales(decoding)}),
         "noise": report["noise"] if np.isfinite(report["noise"]) else None,
+        "cells": report["cells"],
         "status": dict(report["status"]),
         "machines": {name: _shares(counts, frames) for name, counts in report["machines"].items()},
         "misfit": report["misfit"],
