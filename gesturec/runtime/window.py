@@ -108,14 +108,14 @@ class WindowDecoder:
     def advance(self, before: Belief | None, sight: Sight, mass: Floats | None = None) -> Belief:
         """Belief at the next frame, from it and all before; `mass` is what was believed carried on, if known."""
         if before is None:
-            return self._begin(sight)
+            return self._begin(self._before(), sight)
         mass, link = self.chain.forward(before.aged.mass, sight.dt) if mass is None else mass, None
         aged = Aged(mass, before.aged.rows, before.aged.now + sight.dt)
         if self.ages is not None:
             aged, link = self.ages.divide(before.aged, mass, sight.dt)
         mass = self._says(aged.mass, sight, self._cost_share(sight.dt))
         if not self.chain.total(mass) > SMALLEST:
-            return self._begin(sight)  # what is seen cannot come after what was believed: all is possible again
+            return self._begin(self.chain.start(), sight)  # cannot come after what was believed: all is possible again
         return Belief(aged._replace(mass=self.chain.normalise(mass)), link)
 
     def _before(self) -> Floats:
@@ -123,9 +123,8 @@ class WindowDecoder:
         inside = (self.chain.state >= 0) & self.first[self.chain.state]
         return np.asarray(self.chain.ring.join(self.chain.start(), inside.astype(np.float32)))
 
-    def _begin(self, sight: Sight) -> Belief:
-        """At a first frame."""
-        mass = self._before()
+    def _begin(self, mass: Floats, sight: Sight) -> Belief:
+        """At a frame before which nothing but `mass` (n_entry,) is known."""
         seen = self._says(mass, sight, 1.0)
         mass = self.chain.normalise(seen if self.chain.total(seen) > SMALLEST else mass)
         return Belief(Aged(mass[None], ROWLESS, 0.0) if self.ages is None else self.ages.begin(mass), None)

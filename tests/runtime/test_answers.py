@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 
 import gesturec
+from gesturec.runtime.session import Session
+from gesturec.runtime.sight import Sight
 from gesturec.runtime.status import STATUSES
+from gesturec.runtime.window import WindowDecoder
 from gesturec.simulate.simulation import SimulateOptions, simulate
 
 
@@ -63,3 +66,17 @@ def test_a_limb_that_is_hidden_for_long_is_lost_and_found_again() -> None:
         assert set(words[200:250]) == {"lost"}
         assert (decoding.state[200:250, 0] == -1).all()
         assert set(words[255:]) == {"ok"}
+
+
+def test_a_start_that_was_told_holds_for_the_first_frame_alone() -> None:
+    """What cannot follow what was believed begins anew from any state, not from the pose in which the take began."""
+    model = gesturec.load("hand")
+    decoder = Session(model.artifact, start="flat", noise=0.001, rate=25)
+    take = simulate(model.artifact, SimulateOptions(("fist",), noise=0.001, seed=4)).recording
+    decoder.step(take.points[0], 0.0)
+    first = next(d for d in decoder._decoders if isinstance(d, WindowDecoder))
+    nothing = first.advance(None, Sight(0.0, None, None))
+    gone = nothing._replace(aged=nothing.aged._replace(mass=np.zeros_like(nothing.aged.mass)))
+    states = first.states(first.advance(gone, Sight(0.04, None, None)), None)
+    assert (states > 0).all()
+    assert (first.states(nothing, None) > 0).sum() < len(states)
