@@ -34,6 +34,7 @@ MAX_TEXT: Final = 100_000
 MAX_SAID: Final = 120
 """Characters of NumPy's own message that are passed on; it quotes a header whole."""
 
+ASYMMETRY: Final = 1e-6  # of a covariance's largest entry: what storing it in single precision leaves
 READ: Final = ("t", "names", "xyz", "rate", "units", "up", "covariance")
 BROKEN: Final = (
     zipfile.BadZipFile,
@@ -203,8 +204,19 @@ def _covariance(
     covariance = _numbers(arrays, "covariance", path)
     if covariance.shape != (*points.shape, 3):
         raise InputError(f"`covariance` has the shape {covariance.shape}, not {(*points.shape, 3)}", path)
-    seen = ~np.isnan(points).any(axis=2)
-    diagonal = np.diagonal(covariance, axis1=2, axis2=3)
-    if not np.isfinite(covariance[seen]).all() or (diagonal[seen] < 0).any():
-        raise InputError("`covariance` has a value that is no covariance where a point is seen", path)
+    seen = np.asarray(~np.isnan(points).any(axis=2))
+    wrong = seen & ~_are_covariances(np.where(seen[..., None, None], covariance, np.eye(3)))
+    if wrong.any():
+        frame = int(np.flatnonzero(wrong.any(axis=1))[0])
+        message = f"`covariance` of frame {frame}, counted from 0, has a matrix that is no covariance of a seen point"
+        raise InputError(f"{message}: not symmetric and positive definite", path)
     return covariance * scale**2
+
+
+def _are_covariances(matrices: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether matrices (..., 3, 3) are finite, symmetric and positive definite."""
+    finite = np.asarray(np.isfinite(matrices).all((-1, -2)))
+    square = np.where(finite[..., None, None], matrices, np.eye(3))
+    apart = np.abs(square - np.swapaxes(square, -1, -2)).max((-1, -2))
+    least = np.linalg.eigvalsh((square + np.swapaxes(square, -1, -2)) / 2)[..., 0]
+    return np.asarray(finite & (apart <= ASYMMETRY * np.abs(square).max((-1, -2))) & (least > 0))

@@ -74,7 +74,7 @@ class Chain(ABC):
 
     def total(self, belief: Floats) -> float:
         """All mass, or for a maximum the best."""
-        return float(belief.sum() if self.ring.sums else belief.max())
+        return float(belief.sum() if self.ring.sums else belief.max(initial=0))
 
     def normalise(self, belief: Floats) -> Floats:
         """Total (or, for a maximum, best) of 1; where nothing is left, everything is possible again."""

@@ -17,11 +17,10 @@ import numpy as np
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.arrays import Array
-from gesturec.runtime.relations import Relation
+from gesturec.runtime.relations import CONTRADICTED, Relation
 
 SPOKEN: Final = 0.8  # s in which a cost is paid once: the mean stay of a limb in hold or move
 LEAST_ALONE: Final = 0.05  # weight that moving keeps while something else moves: what is exclusive is so nearly always
-LEAST: Final = 1e-12  # expectation of a relation below which the points contradict it, and it is left out
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ def relation_messages(
     for relation in relations:
         for axis, machine in enumerate(relation.machines):
             message = _message(relation, belief, axis, sums)
-            if float((message * belief[machine]).max()) <= LEAST:
+            if float((message * belief[machine]).sum()) <= CONTRADICTED:
                 continue
             before = told[machine]
             told[machine] = message**share if before is None else before * message**share
@@ -75,12 +74,12 @@ def _message(relation: Relation, belief: Sequence[Array], axis: int, sums: bool)
     return np.asarray(joint.sum(rest) if sums else joint.max(rest))
 
 
-def alone_weights(group: Sequence[int], moving: Array) -> Array:
+def alone_weights(group: Sequence[int], moving: Array, share: float) -> Array:
     """Weight of moving of each machine, (n_machine,), where of a group at most one moves.
 
-    `moving` (n_machine,) is each machine's probability of moving.
+    `moving` (n_machine,) is each machine's probability of moving; `share` as in `relation_messages`.
     """
     weight = np.ones(len(moving))
     for machine in group:
         weight[machine] = np.prod([1 - moving[other] for other in group if other != machine])
-    return np.maximum(weight, LEAST_ALONE)
+    return np.asarray(np.maximum(weight, LEAST_ALONE) ** share)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.artifact import MachineTables
-from gesturec.runtime.chain import SMALLEST, Chain, interval_key, remember
+from gesturec.runtime.chain import SMALLEST, Chain, interval_key, interval_of, remember
 from gesturec.runtime.kernels import MotionParameters, flow
 from gesturec.runtime.lattice import Lattice
 from gesturec.runtime.semiring import Edges, Floats, Semiring, sorted_edges
@@ -119,8 +119,8 @@ class CurveChain(Chain):
         key = interval_key(dt)
         if key in self.known:
             return self.known[key]
-        most = MOST_ROUNDS * self.tables.shortest
-        shares = np.stack([step_shares(pace, min(dt, most), self.paces) for pace in self.paces], axis=1)
+        dt = min(interval_of(key), MOST_ROUNDS * self.tables.shortest)
+        shares = np.stack([step_shares(pace, dt, self.paces) for pace in self.paces], axis=1)
         if not self.ring.sums:
             shares = (shares > 0).astype(float)
         kept: Floats = remember(self.known, key, shares[:, :, None].astype(np.float32))

@@ -61,5 +61,5 @@ def _motion(body: Body, tables: MachineTables, graph: Graph) -> MotionParameters
 
 def _chain(lattice: Lattice, tables: MachineTables, graph: Graph, ring: Semiring, motion: MotionParameters) -> Chain:
     if lattice.axes:
-        return LatticeChain(lattice, ring, motion)
+        return LatticeChain(lattice, ring, motion, graph)
     return CurveChain(lattice, ring, tables, motion) if graph.rounds_up else GraphChain(lattice, ring, graph, motion)

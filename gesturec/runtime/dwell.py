@@ -6,7 +6,8 @@ shortest, and may stay while it is at most the longest: an explicit-duration (se
 time in a set is that between the first frame in it and the first frame out of it. Where a take begins in a set, the
 time before is not known, and the shortest does not bind.
 
-Rows whose difference cannot matter any more are one; beyond `MOST_ROWS` the lightest join the nearest of their kind.
+Rows whose difference cannot matter any more are one. Beyond `MOST_ROWS` the lightest join the nearest of their kind of
+states, or, where each is the only one of its kind, are left out.
 """
 
 from __future__ import annotations
@@ -23,16 +24,16 @@ from gesturec.runtime.semiring import Floats, Semiring
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
-Mask = NDArray[np.bool_]
 MOST_ROWS: Final = 64  # rows of a belief; a second of entry times at 60 frames/s
+MOST_KINDS: Final = 256  # rows of a belief of which nothing but a few frames is known: one a kind of states
 SAME_TIME: Final = 1e-6  # s: bounds and time stamps are told to microseconds
-NEGLIGIBLE: Final = 1e-9  # share of a frame's mass that is not followed into another set
+NEGLIGIBLE: Final = 1e-14  # of the heaviest entry: two frames of outliers leave the true state with 1e-12
 
 
 class Bounds(NamedTuple):
-    """Bounded sets of one machine's states."""
+    """Bounded sets of one machine's states; sets of one bound have no state in common (states one by one, mostly)."""
 
-    inside: Mask  # (n_bound, n_state)
+    group: Ids  # (n_bound, n_state) number of the set that each state is in; -1: none of this bound's
     shortest: Array  # (n_bound,) s
     longest: Array  # (n_bound,) s; inf: none
 
@@ -55,15 +56,13 @@ class Aged(NamedTuple):
 
 def bounds_of(dwell: Sequence[Mapping[str, Any]], machine: str, n_state: int) -> Bounds | None:
     """A machine's bounds in a manifest; None where there are none. Without a name they hold state by state."""
-    inside, shortest, longest = [], [], []
-    for bound in dwell:
-        if bound["machine"] != machine:
-            continue
-        for states in [bound["states"]] if bound["name"] is not None else [[s] for s in bound["states"]]:
-            inside.append(np.isin(np.arange(n_state), states))
-            shortest.append(float(bound["shortest"]))
-            longest.append(math.inf if bound["longest"] is None else float(bound["longest"]))
-    return Bounds(np.array(inside), np.array(shortest), np.array(longest)) if inside else None
+    own = [bound for bound in dwell if bound["machine"] == machine]
+    group = np.full((len(own), n_state), -1, dtype=np.int64)
+    for row, bound in zip(group, own, strict=True):
+        row[bound["states"]] = bound["states"] if bound["name"] is None else 0
+    shortest = [float(bound["shortest"]) for bound in own]
+    longest = [math.inf if bound["longest"] is None else float(bound["longest"]) for bound in own]
+    return Bounds(group, np.array(shortest), np.array(longest)) if own else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +72,14 @@ class Ages:
     Attributes
     ----------
     patterns
-        Whether states of each kind are inside each bounded set, (n_kind, n_bound).
+        Set of each bound that states of each kind are in, (n_kind, n_bound); -1: none.
     kind
         Kind of each entry's state, (n_entry,).
     """
 
     bounds: Bounds
     ring: Semiring
-    patterns: Mask
+    patterns: Ids
     kind: Ids
 
     def begin(self, mass: Floats) -> Aged:
@@ -122,21 +121,21 @@ class Ages:
         """The row of mass that goes to states of a kind; None where that is not allowed."""
         since: list[float | None] = []
         is_free: list[bool] = []
-        for b, (was, is_inside) in enumerate(zip(self.patterns[row.kind], self.patterns[kind], strict=True)):
-            begun = row.since[b] if was else now
-            age = math.inf if begun is None else now - begun
-            free = age >= self.bounds.shortest[b] - SAME_TIME or bool(was and row.is_free[b])
-            if was and not is_inside and not free:
+        for b, (before, after) in enumerate(zip(self.patterns[row.kind], self.patterns[kind], strict=True)):
+            stays = before == after
+            age = math.inf if before < 0 or row.since[b] is None else now - float(row.since[b] or 0.0)
+            free = row.is_free[b] or age >= self.bounds.shortest[b] - SAME_TIME
+            if before >= 0 and not stays and not free:
                 return None
-            if was and is_inside and begun is not None and age > self.bounds.longest[b] + SAME_TIME:
+            if before >= 0 and stays and math.isfinite(age) and age > self.bounds.longest[b] + SAME_TIME:
                 return None
-            since.append(begun if is_inside else None)
-            is_free.append(bool(is_inside and free))
+            since.append(None if after < 0 else row.since[b] if stays else now)
+            is_free.append(bool(after >= 0 and (free if stays else self.bounds.shortest[b] <= SAME_TIME)))
         return self.row(kind, since, is_free)
 
     def beginning(self, kind: int, now: float) -> Row:
         """The row of mass in states of a kind, of which nothing before `now` is known."""
-        inside = self.patterns[kind].tolist()
+        inside = (self.patterns[kind] >= 0).tolist()
         return self.row(kind, [now if i else None for i in inside], inside)
 
     def row(self, kind: int, since: Sequence[float | None], is_free: Sequence[bool]) -> Row:
@@ -146,12 +145,15 @@ class Ages:
         return Row(kind, kept, tuple(is_free))
 
     def _few(self, aged: Aged, link: Ids) -> tuple[Aged, Ids]:
-        """At most `MOST_ROWS` rows."""
+        """At most `MOST_ROWS` rows, or one a kind of states."""
         while len(aged.rows) > MOST_ROWS:
             pair = _lightest_pair(aged)
-            if pair is None:
+            if pair is not None:
+                aged, link = self._join(aged, link, *pair)
+            elif len(aged.rows) > MOST_KINDS:
+                aged, link = _without(aged, link, int(aged.mass.max(1).argmin()))
+            else:
                 break
-            aged, link = self._join(aged, link, *pair)
         return aged, link
 
     def _join(self, aged: Aged, link: Ids, gone: int, into: int) -> tuple[Aged, Ids]:
@@ -159,13 +161,18 @@ class Ages:
         mass = aged.mass.copy()
         mass[into] = self.ring.either(mass[into], mass[gone])
         link = np.where(link == gone, into, link)
-        rows = aged.rows[:gone] + aged.rows[gone + 1 :]
-        return Aged(np.delete(mass, gone, 0), rows, aged.now), np.where(link > gone, link - 1, link)
+        return _without(aged._replace(mass=mass), link, gone)
+
+
+def _without(aged: Aged, link: Ids, gone: int) -> tuple[Aged, Ids]:
+    """The belief less one row."""
+    link = np.where(link == gone, -1, np.where(link > gone, link - 1, link))
+    return Aged(np.delete(aged.mass, gone, 0), aged.rows[:gone] + aged.rows[gone + 1 :], aged.now), link
 
 
 def ages_of(bounds: Bounds, state: Ids, ring: Semiring) -> Ages:
     """The rule over a chain's entries, whose states are (n_entry,), -1 where there is none (and never any mass)."""
-    patterns, kind = np.unique(bounds.inside.T, axis=0, return_inverse=True)
+    patterns, kind = np.unique(bounds.group.T, axis=0, return_inverse=True)
     return Ages(bounds, ring, patterns, kind.ravel()[state].astype(np.int64))
 
 

@@ -36,6 +36,7 @@ class Axis:
     level: NDArray[np.int64]  # (n,) the joint's level that each lies in
     value: Array  # (n_level,) the levels
     wraps: bool
+    max_speed: float = np.inf  # rad/s or m/s
 
     @property
     def n_level(self) -> int:
@@ -117,7 +118,8 @@ def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, lev
     moments = cell_moments(
         chain, _with_fixed(artifact, tables, spreads), _followed(chain), list(tables.tokens), tables.parent
     )
-    volume = np.prod([(a.high - a.low)[i] for a, i in zip(axes, index, strict=True)], axis=0)
+    width = [np.where(a.high > a.low, a.high - a.low, 1.0) for a in axes]  # a joint of one level has no width
+    volume = np.prod([own[i] for own, i in zip(width, index, strict=True)], axis=0)
     state = _states_of(tables, free, axes, artifact)[tuple(a.level[i] for a, i in zip(axes, index, strict=True))]
     volume = np.where(state >= 0, volume, 0.0)
     volume = volume / volume.sum()
@@ -211,7 +213,8 @@ def _levels(tables: MachineTables, source: NDArray[np.int32]) -> NDArray[np.int6
 def _axis(artifact: Artifact, joint: int, parts: int) -> Axis:
     value, low, high = (_levels_of(artifact, joint, what) for what in ("value", "low", "high"))
     cut = refine(value, low, high, parts)
-    return Axis(cut.low, cut.high, cut.level, value, bool(artifact.columns["joint_wrap"][joint]))
+    wraps, speed = bool(artifact.columns["joint_wrap"][joint]), float(artifact.columns["joint_max_speed"][joint])
+    return Axis(cut.low, cut.high, cut.level, value, wraps, speed)
 
 
 def _states_of(tables: MachineTables, free: list[int], axes: tuple[Axis, ...], artifact: Artifact) -> NDArray[np.int64]:

@@ -11,12 +11,15 @@ from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gesturec.runtime.chain import Chain, interval_key, interval_of, remember
+from gesturec.runtime.chain import Chain, Mask, interval_key, interval_of, remember
 from gesturec.runtime.kernels import MotionParameters, flow, hold_table, move_table, rest_weight, still_share
-from gesturec.runtime.lattice import Lattice
+from gesturec.runtime.lattice import Axis, Lattice
+from gesturec.runtime.reach import Graph, steps_in
 from gesturec.runtime.semiring import Floats, Semiring
 
+SAME_PLACE: Final = 1e-9  # rad or m: rounding of where cells touch
 MOST_MOVE: Final = 20_000  # entries of a directed move tensor; larger machines move without directions
 
 
@@ -39,6 +42,7 @@ class LatticeChain(Chain):
     lattice: Lattice
     ring: Semiring
     motion: MotionParameters = field(default_factory=MotionParameters)
+    graph: Graph | None = None  # whose steps and speeds bound what one interval may do
     known: dict[int, Tables] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -121,9 +125,41 @@ class LatticeChain(Chain):
         if not self.ring.multiplies:
             stop, go_on = stop / stop.max(), go_on / go_on.max()
         hold = tuple(table(hold_table(a, p, dt)) for a in axes)
-        move = tuple(table(move_table(a, p, dt, m == 3)) for a, m in zip(axes, self.modes, strict=True))
+        move = tuple(
+            table(_within_reach(move_table(a, p, dt, m == 3), self._in_reach(i, dt), m))
+            for i, (a, m) in enumerate(zip(axes, self.modes, strict=True))
+        )
         goes_on = self._spread(go_on.astype(np.float32))
         return Tables(table(change), stop.astype(np.float32), goes_on, hold, move, _transposed(hold), _transposed(move))
+
+    def _in_reach(self, axis: int, dt: float) -> Mask | None:
+        """Cells of an axis that may follow each of its cells within `dt`; None where anything may."""
+        own, graph = self.lattice.axes[axis], self.graph
+        if graph is None:
+            return None
+        steps = own.n_level if graph.is_complete else steps_in(graph, dt)
+        gap, count = np.abs(own.level[:, None] - own.level), own.n_level
+        gap = np.minimum(gap, count - gap) if own.wraps else gap
+        near = level_gaps(own) <= own.max_speed * dt + SAME_PLACE
+        return np.asarray((gap <= steps) & (near | (gap <= 1)))
+
+
+def level_gaps(axis: Axis) -> NDArray[np.float64]:
+    """How far apart the cells of two cells' levels are, (n_cell, n_cell); 0 where they touch."""
+    low = np.array([axis.low[axis.level == level].min() for level in range(axis.n_level)])[axis.level]
+    high = np.array([axis.high[axis.level == level].max() for level in range(axis.n_level)])[axis.level]
+    gap = np.maximum(0, np.maximum(low[:, None] - high, low - high[:, None]))
+    if axis.wraps:
+        gap = np.minimum(gap, np.maximum(0, 2 * np.pi - np.ptp(np.r_[low, high]) - gap))
+    return np.asarray(gap)
+
+
+def _within_reach(table: NDArray[np.float64], near: Mask | None, modes: int) -> NDArray[np.float64]:
+    """A table between (mode, cell) with what is out of reach taken away; rows sum to 1 again."""
+    if near is None or near.all():
+        return table
+    kept = table * np.tile(near, (modes, modes))
+    return np.asarray(kept / kept.sum(1, keepdims=True))
 
 
 def _transposed(matrices: Sequence[Floats]) -> tuple[Floats, ...]:

@@ -96,16 +96,16 @@ def sight_of(body: Body, decoders: Sequence[Decoder], machine: int, shown: Shown
     evidence = None if pose is None else _evidence_of(body, machine, moment, pose.unaware_of(machine), decided)
     fit = None if evidence is None else decoders[machine].likelihood(evidence)
     likelihood, misfit = (None, math.nan) if fit is None else fit
-    sight = Sight(moment.dt, evidence, likelihood, misfit, may_move(body, machine, pose))
+    sight = Sight(moment.dt, evidence, likelihood, misfit, may_move(body, machine, pose, moment.dt))
     shown.sights[machine] = pose, sight
     return sight
 
 
-def may_move(body: Body, machine: int, pose: PoseEstimate | None) -> float:
+def may_move(body: Body, machine: int, pose: PoseEstimate | None, dt: float) -> float:
     """Weight of a machine's moving by what the root does, where the model has only one of both move."""
     if pose is None or machine not in body.exclusive.of_motion:
         return 1.0
-    return max(pose.still, LEAST_ALONE)
+    return float(max(pose.still, LEAST_ALONE) ** share_of(dt))
 
 
 def _evidence_of(body: Body, machine: int, moment: Moment, pose: PoseEstimate, decided: Decided) -> Evidence | None:
@@ -169,7 +169,7 @@ def couple(
     share = share_of(dt) if dt > 0 and ring.multiplies else 1.0  # a first frame says all of it
     others = relation_messages(body.relations, states, share, ring.sums)
     steps = _step_messages(body, decoders, before, states, dt)
-    alone = alone_weights(body.exclusive.one_of, np.array([moving for _, moving in known]))
+    alone = alone_weights(body.exclusive.one_of, np.array([moving for _, moving in known]), share)
     heard = [Heard(*each) for each in zip(others, steps, alone.tolist(), strict=True)]
     after = [d.hear(c, h.weight, h.may_move) for d, c, h in zip(decoders, carried, heard, strict=True)]
     return after, heard
@@ -184,7 +184,7 @@ def _step_messages(
     asked = [rule for rule in body.rules if all(steps_in(body.graphs[m], dt) == 1 for m in rule.machines)]
     if not asked or len(known) < len(told):
         return [None] * len(after)
-    return rule_messages(body.artifact, body.chain, asked, known, after)
+    return rule_messages(body.artifact, body.chain, asked, known, after, decoders[0].ring.sums)
 
 
 def is_coupled(body: Body) -> bool:

@@ -10,6 +10,8 @@ from typing import Any, Final, Literal
 
 DECODERS: Final = ("nearest", "viterbi", "forward", "fuzzy")
 DEFAULT_PERIOD: Final = 0.04  # s a step where neither the model nor the session says: the source paper's
+LARGEST_NOISE: Final = 1e3  # m; no camera or body of this language is that large
+LARGEST_SCALE: Final = 1e4  # of a body over its model's, and its inverse
 LONGEST_LAG: Final = 100_000  # frames that a session may hold back; `offline` has no bound but the take's
 
 
@@ -71,6 +73,10 @@ class Options:
             value = getattr(self, name)
             if value is not None and not (_is_number(value) and value > 0):
                 raise ValueError(f"`{name}` is {value!r}: a positive number is needed")
+        if self.noise is not None and self.noise > LARGEST_NOISE:
+            raise ValueError(f"`noise` is {self.noise:g} m; the limit is {LARGEST_NOISE:g} m")
+        if self.scale is not None and not 1 / LARGEST_SCALE <= self.scale <= LARGEST_SCALE:
+            raise ValueError(f"`scale` is {self.scale:g}; the limits are {1 / LARGEST_SCALE:g} and {LARGEST_SCALE:g}")
         if not self.growing and self.decoder != "nearest":
             raise ValueError(f"`growing` is of the decoder `nearest`, not of `{self.decoder}`")
         if not (_is_number(self.sure) and 0 <= self.sure <= 1):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from numbers import Real
 from typing import Any, Final
 
 from gesturec.runtime.kernels import MotionParameters
@@ -39,6 +38,6 @@ def person_motion(profile: Mapping[str, Any], machine: str, usual: MotionParamet
 
 def _time(value: Any, usual: float) -> float:
     """A number above zero, within bounds; infinity is a very long time, and what is no time is `usual`."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not float(value) > 0:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0:
         return usual
-    return min(max(float(value), SHORTEST), LONGEST)
+    return float(min(max(value, SHORTEST), LONGEST))

@@ -4,19 +4,22 @@ In: every machine's decision. Out: decisions that together obey the relations. C
 (`coupling`), but each machine for itself; here, for each relation, the joint posterior is formed over the machines
 that it names: the decided states are those of the best joint one, costs included, and each machine's probabilities
 are the joint one's marginals with what is forbidden left out. Where a relation forbids all that is possible, it is
-left out of that frame: the points contradict the author, and the points were there.
+left out of that frame: the points contradict the author, and the points were there. So it is where they all but do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.arrays import Array
 from gesturec.runtime.decision import Decision, credible_set, most_probable
+
+CONTRADICTED: Final = 1e-4  # probability, by the points, that a relation holds, below which they contradict it
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +54,7 @@ def relate(relations: Sequence[Relation], decisions: Sequence[Decision]) -> list
     weighed, state = list(plain), [decision.state for decision in decisions]
     for relation in relations:
         allowed, joint = _joint(_allowed(relation), relation, plain), _joint(relation.weight, relation, weighed)
-        if not (allowed.sum() > 0 and joint.sum() > 0):
+        if not (allowed.sum() > CONTRADICTED and joint.sum() > 0):
             continue
         best = np.unravel_index(int(joint.argmax()), joint.shape)
         for axis, machine in enumerate(relation.machines):

@@ -2,7 +2,7 @@
 
 In: the artifact's `rule_*` programs, and each machine's states' probabilities before and after a frame. Out: weights
 of each machine's states after it, (n_state,): the expected weight of the step, 0 where a `forbid` holds and e^-cost
-where a `prefer` does not, over what the others did. Of each machine only the likeliest states are asked about.
+where a `prefer` does not, over what the others did. Of the others only the likeliest states are asked about.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from gesturec.artifact.programs import VECTORS, LeafEnvironment, evaluate, unpac
 from gesturec.runtime.arrays import Array
 
 Ids = NDArray[np.int64]
-MOST_ASKED: Final = 4096  # combinations of states before and after; the likeliest of each machine are taken
+MOST_ASKED: Final = 20_000  # combinations of states before and after; of other machines the likeliest are taken
+ROUNDING: Final = 1e-9  # of a root that should be whole
 LEAST_ASKED: Final = 1e-4  # probability below which a state is not asked about
 MOST_WEIGHT: Final = 50.0  # of a logarithm: a cost below minus that is no author's
 FORBID, PREFER = RULE_KINDS.index("forbid"), RULE_KINDS.index("prefer")
@@ -55,12 +56,21 @@ def rules_of(artifact: Artifact, chain: Chain) -> tuple[StepRule, ...]:
 
 
 def rule_messages(
-    artifact: Artifact, chain: Chain, rules: Sequence[StepRule], before: Sequence[Array], after: Sequence[Array]
+    artifact: Artifact,
+    chain: Chain,
+    rules: Sequence[StepRule],
+    before: Sequence[Array],
+    after: Sequence[Array],
+    sums: bool = True,
 ) -> list[Array | None]:
-    """Weights of each machine's states after a step, by the rules that name it; None where none does."""
+    """Weights of each machine's states after a step, by the rules that name it; None where none does.
+
+    `sums` False: `before` and `after` are possibilities, and the best of what the others did counts, not the mean.
+    """
     told: list[Array | None] = [None] * len(after)
     for rule in rules:
-        for machine, message in _say(artifact, chain, rule, before, after).items():
+        for machine in rule.machines:
+            message = _say(artifact, chain, rule, machine, (before, after), sums)
             if float((message * after[machine]).sum()) > 0:  # else the points contradict the rule, and it is left out
                 known = told[machine]
                 told[machine] = message if known is None else known * message
@@ -68,33 +78,44 @@ def rule_messages(
 
 
 def _say(
-    artifact: Artifact, chain: Chain, rule: StepRule, before: Sequence[Array], after: Sequence[Array]
-) -> dict[int, Array]:
-    """One rule's weights of each of its machines' states."""
-    count = len(rule.machines)
-    each = max(1, int(MOST_ASKED ** (1 / (2 * count))))
+    artifact: Artifact,
+    chain: Chain,
+    rule: StepRule,
+    told: int,
+    belief: tuple[Sequence[Array], Sequence[Array]],
+    sums: bool,
+) -> Array:
+    """One rule's weights of the states of one of its machines, (n_state,), all of them asked about."""
+    (before, after), count = belief, len(rule.machines)
+    own = np.arange(len(after[told]))
+    each = max(1, int((MOST_ASKED / len(own)) ** (1 / (2 * count - 1)) + ROUNDING))
     was = [_likeliest(before[m], each) for m in rule.machines]
-    now = [_likeliest(after[m], each) for m in rule.machines]
+    now = [own if m == told else _likeliest(after[m], each) for m in rule.machines]
     truth = evaluate(chain.programs, rule.program, _steps(artifact, chain, rule.machines, was, now))
     against = truth == 1 if rule.is_forbidding else truth == 0
     weight = np.broadcast_to(np.where(against, rule.weight, 1.0), [len(s) for s in (*was, *now)])
     shares = [before[m][s] for m, s in zip(rule.machines, was, strict=True)]
     shares += [after[m][s] for m, s in zip(rule.machines, now, strict=True)]
-    shares = [share / share.sum() for share in shares]
-    found = {}
-    for place, machine in enumerate(rule.machines):
-        message = np.ones(len(after[machine]))
-        message[now[place]] = _expected(weight, shares, count + place)
-        found[machine] = message
-    return found
+    kept = count + rule.machines.index(told)
+    return _expected(weight, shares, kept) if sums else _best(weight, shares, kept)
 
 
 def _expected(weight: Array, shares: Sequence[Array], kept: int) -> Array:
     """Mean of a weight over all axes but one."""
     for axis in range(len(shares) - 1, -1, -1):
         if axis != kept:
-            weight = np.tensordot(weight, shares[axis], axes=(axis, 0))
+            weight = np.tensordot(weight, shares[axis] / shares[axis].sum(), axes=(axis, 0))
     return np.asarray(weight)
+
+
+def _best(weight: Array, shares: Sequence[Array], kept: int) -> Array:
+    """The best of a weight over all axes but one."""
+    for axis, share in enumerate(shares):
+        if axis != kept:
+            shape = [1] * weight.ndim
+            shape[axis] = -1
+            weight = weight * (share / share.max()).reshape(shape)
+    return np.asarray(weight.max(tuple(axis for axis in range(weight.ndim) if axis != kept)))
 
 
 def _likeliest(probability: Array, count: int) -> Ids:

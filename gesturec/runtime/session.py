@@ -36,6 +36,8 @@ from gesturec.runtime.tracking import make_tracker
 
 Given = ArrayLike | Mapping[str, ArrayLike]
 POSE_DEPTH: Final = 2  # frames whose poses later ones still improve; beyond, what they add does not show
+ASYMMETRY: Final = 1e-6  # of a covariance's largest entry: what storing it in single precision leaves
+LATEST: Final = 1e12  # s, either way: thirty thousand years; squares of what is between stay numbers
 FARTHEST: Final = 1e6  # m; a coordinate beyond is no measurement, and its square would overflow
 
 
@@ -89,6 +91,7 @@ class Session:
         self._ahead: tuple[int, list[Any]] | None  # a frame, and what decoders carry to it, where a take is offline
         self._last_pose: PoseEstimate | None
         self._frame: int
+        self._may_rebind: bool
         self._restart()
 
     @property
@@ -119,14 +122,14 @@ class Session:
             return self._nothing("time-refused", moment, _time_message(time, moment, self._memory.time))
         try:
             bound = self._bind(points, covariance)
-        except (InputRefused, ValueError, TypeError) as error:
+        except (InputRefused, ValueError, TypeError, OverflowError) as error:
             return self._nothing("input-refused", moment, str(error))
         self._take(bound, moment)
         lag = self.options.lag_frames
         return self._settle() if 0 <= lag < len(self._window) else self._nothing("starting", math.nan)
 
     def finish(self) -> list[Step]:
-        """What was still held back, in order; the session is as new afterwards."""
+        """What was still held back, in order; the session is as new afterwards, but for its `counts`."""
         steps = (
             self._settle_all() if self.options.lag_frames < 0 else [self._settle() for _ in range(len(self._window))]
         )
@@ -220,7 +223,7 @@ class Session:
         spread = np.full((len(rows), 3, 3), np.nan) if covariance is None else np.asarray(covariance, dtype=float)
         if spread.shape != (len(rows), 3, 3):
             raise InputRefused(f"covariance has the shape {spread.shape}, not {(len(rows), 3, 3)}")
-        return Points(measured, used.apply_covariance(spread), bound)
+        return Points(measured, used.apply_covariance(known_covariances(spread)), bound)
 
     def _no_points(self) -> Points:
         """A frame in which nothing was tracked."""
@@ -230,8 +233,8 @@ class Session:
     def _plan_for(self, names: tuple[str, ...] | None, n_row: int) -> Plan:
         """The binding in use, found by the first frame where construction could not know it."""
         manifest = self.artifact.manifest
-        if self.plan is None and names is not None:
-            self.plan = choose_binding(manifest, names)
+        if names is not None and (self.plan is None or self._may_rebind):
+            self.plan, self._may_rebind = choose_binding(manifest, names), False
         if self.plan is None:
             self.plan = bind_rows(manifest, n_row)
         if names is not None and names != self.plan.names:
@@ -254,8 +257,20 @@ class Session:
         n_token = self.body.n_token
         self._memory = start_memory(self._tracker.start(n_token), start_noise(self.options.noise, n_token))
         self._window = []
+        self._may_rebind = self.options.bind is None and self.options.names is None  # other names, maybe
         self._decoders, self._carried = (), []  # made for the noise of the first frame
         self._angles, self._last_pose, self._frame, self._ahead = self.body.middle, None, 0, None
+
+
+def known_covariances(spread: Array) -> Array:
+    """Covariances (n_point, 3, 3), NaN where one is not known, or is none: not symmetric and positive definite."""
+    known = np.asarray(np.isfinite(spread).all((1, 2)))
+    square = np.where(known[:, None, None], spread, np.eye(3))
+    scale = np.abs(square).max((1, 2))
+    symmetric = np.asarray(np.abs(square - np.swapaxes(square, 1, 2)).max((1, 2)) <= ASYMMETRY * scale)
+    positive = np.linalg.eigvalsh((square + np.swapaxes(square, 1, 2)) / 2)[:, 0] > 0
+    usable = np.asarray(known & symmetric & positive & (scale <= FARTHEST**2))
+    return np.where(usable[:, None, None], spread, np.nan)
 
 
 def deviation_of(covariance: Array) -> float:
@@ -269,7 +284,7 @@ def _number(time: Any) -> float:
         value = float(time)
     except (TypeError, ValueError, OverflowError):
         return math.nan
-    return value if math.isfinite(value) else math.nan
+    return value if abs(value) <= LATEST else math.nan
 
 
 def _time_message(given: Any, moment: float, last: float) -> str:

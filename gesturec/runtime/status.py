@@ -32,7 +32,7 @@ STATUSES: Final = (
     Status(
         "coasting",
         "some machine is not seen at all; its state is carried on from the last that was",
-        "The state is a guess from how long it was held; its probability falls from frame to frame.",
+        "The state is a guess from how long it was held; `forward` tells in its probability how it becomes less sure.",
     ),
     Status(
         "any",

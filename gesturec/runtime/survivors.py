@@ -2,7 +2,8 @@
 
 In: a belief of the best paths' values and the frames after it. Every entry at a later frame has a survivor, the best
 path that ends there; following them by their tracebacks tells the state that each went through at the first frame.
-When they agree, no later frame can change the decision (Viterbi 1967; Forney, Proc. IEEE 61, 1973).
+When they agree, no later frame can change the decision (Viterbi 1967; Forney, Proc. IEEE 61, 1973), but for survivors
+a million times worse than the best, which are left out.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ def settled_after(recursion: Recursion, tracer: Chain, belief: Belief, window: S
     for delay, sight in enumerate(window):
         if delay:
             belief, label = _follow(recursion, tracer, belief, label, sight)
+            if recursion.ages is not None and belief.link is None:
+                return delay  # it began anew: nothing traces back beyond that
         mass = belief.aged.mass
         alive = label[(mass > BEAM * mass.max()) & (tracer.state >= 0)]
         if len(alive) and (alive == alive[0]).all():
@@ -55,8 +58,8 @@ def _follow(recursion: Recursion, tracer: Chain, belief: Belief, label: Ids, sig
     traced: Any = tracer.forward(Traced(before, entry), sight.dt)
     label = np.take_along_axis(label, traced.source, -1)
     after = recursion.advance(belief, sight, traced.value)
-    if recursion.ages is None or after.link is None or len(after.link) != len(label):
-        return after, label[: len(after.aged.mass)]
+    if recursion.ages is None or after.link is None:
+        return after, label
     best, kept = np.zeros_like(after.aged.mass), np.zeros(after.aged.mass.shape, dtype=np.int64)
     for row, value, own in zip(after.link[:, recursion.ages.kind], traced.value, label, strict=True):
         place = np.flatnonzero(row >= 0)

@@ -48,7 +48,7 @@ class Carried(NamedTuple):
 
     belief: Belief | None  # None before the first frame
     misfit: float  # running share of misfits
-    unseen: float | None  # s since some token was seen; None before the first frame
+    unseen: float  # s since some token was seen; infinite where none ever was
 
 
 class Told(NamedTuple):
@@ -92,7 +92,7 @@ class WindowDecoder:
 
     def start(self) -> Carried:
         """Nothing known."""
-        return Carried(None, 0.0, None)
+        return Carried(None, 0.0, math.inf)
 
     def likelihood(self, evidence: Evidence) -> Fit:
         """What a frame's tokens say of every cell, and how well they fit the best."""
@@ -200,22 +200,23 @@ class WindowDecoder:
         return later
 
     def _delay(self, belief: Belief, window: Sequence[Sight], early: int, final: int) -> int:
-        """Frames after which the decision on a window's first frame did not change any more."""
+        """Frames after which the decision on a window's first frame was made: by bisection, one such if it wavered."""
         if self.tracer is not None:
             return settled_after(self, self.tracer, belief, window)
         if early == final:
             return 0
-        for horizon in range(len(window) - 1, 1, -1):
-            part = window[:horizon]
-            if most_probable(self.states(belief, self._look_back(belief, part))) != final:
-                return horizon
-        return 1
+        low, high = 0, len(window) - 1  # frames after which it was another, and after which it is this
+        while high - low > 1:
+            middle = (low + high) // 2
+            later = self._look_back(belief, window[: middle + 1])
+            low, high = (low, middle) if most_probable(self.states(belief, later)) == final else (middle, high)
+        return high
 
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
         """Decide all frames of a take, each in the light of all.
 
-        Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back, so that memory
-        grows with the square root of the take's length.
+        Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back: of all that is kept of a
+        frame they are the largest by far.
         """
         belief: Belief | None = None
         marks = []
@@ -274,8 +275,8 @@ class WindowDecoder:
         self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int
     ) -> tuple[Carried, Decision]:
         """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
-        first = carried.unseen is None
-        unseen = 0.0 if now.evidence is not None else (carried.unseen or 0.0) + now.dt
+        first = math.isinf(carried.unseen)
+        unseen = 0.0 if now.evidence is not None else carried.unseen + now.dt
         square, limit, misfit = now.misfit, math.nan, carried.misfit
         if now.evidence is not None:
             limit = chi_square_quantile(MISFIT_PROBABILITY, 3 * len(now.evidence.position))
@@ -301,6 +302,8 @@ class WindowDecoder:
 
     def _status(self, now: Sight, misfit: float, unseen: float, posterior: Array) -> str:
         if now.evidence is None:
+            if math.isinf(unseen):
+                return "coasting" if not self.first.all() and posterior.max() >= self.sure else "any"
             # the best path stays where it was last seen and does not tell how much was forgotten since
             if unseen > PATIENCE and (not self.ring.sums or posterior.max() < FORGOTTEN):
                 return "lost"

@@ -80,3 +80,14 @@ def test_a_start_that_was_told_holds_for_the_first_frame_alone() -> None:
     states = first.states(first.advance(gone, Sight(0.04, None, None)), None)
     assert (states > 0).all()
     assert (first.states(nothing, None) > 0).sum() < len(states)
+
+
+def test_a_limb_that_was_never_seen_is_any_of_its_states() -> None:
+    model = gesturec.load("hand")
+    take = simulate(model.artifact, SimulateOptions(("flat", "fist"), noise=0.001, seed=4)).recording
+    points = take.points.copy()
+    points[:, [take.names.index(name) for name in take.names if name.startswith("index.")]] = np.nan
+    for decoder in ("forward", "viterbi", "fuzzy", "nearest"):
+        decoding = gesturec.decode(model, replace(take, points=points), noise=0.001, decoder=decoder)
+        assert {why["index"].status for why in decoding.why} == {"any"}
+        assert (decoding.state[:, 0] == -1).all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -136,3 +137,22 @@ def test_a_greatest_speed_bounds_the_whole_move(hand: Artifact) -> None:
     levels = {tables.state_names[s].split("/")[2] for s in np.flatnonzero(reach(slow, start, 0.12))}
     assert levels == {"0", "30"}
     assert reach(free, start, 0.12).all()
+
+
+def test_a_lattice_makes_no_more_steps_than_fit_and_no_joint_goes_faster_than_it_may(
+    hand: Artifact, finger: Lattice
+) -> None:
+    tables = hand.machine(0)
+    graph = machine_graph(tables, np.full(len(tables.joints), np.inf), 0.04)
+    slow = replace(finger, axes=(*finger.axes[:2], replace(finger.axes[2], max_speed=np.radians(100))))
+    for lattice, dt, reached in (
+        (finger, 0.04, {"0", "30"}),
+        (finger, 0.08, {"0", "30", "60"}),
+        (slow, 0.12, {"0", "30"}),
+    ):
+        chain = LatticeChain(lattice, SUM_PRODUCT, graph=graph)
+        only = (chain.lattice.state == 0).astype(np.float32)  # 0/0/0
+        belief = chain.times(chain.start(), only) * chain.is_moving
+        ahead = chain.states(chain.forward(belief, dt))
+        assert {tables.state_names[s].split("/")[2] for s in np.flatnonzero(ahead > 0)} == reached
+        assert ahead.sum() == pytest.approx(1)

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 from itertools import groupby, pairwise, product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import gesturec
+from gesturec.runtime.body import lay_out
+from gesturec.runtime.decoders import make_decoders
 from gesturec.runtime.dwell import MOST_ROWS, Bounds, ages_of, bounds_of
+from gesturec.runtime.options import Options
 from gesturec.runtime.semiring import MAX_PRODUCT, SUM_PRODUCT, Semiring
+from gesturec.runtime.sight import Sight
+from gesturec.runtime.window import WindowDecoder
 
 MOVE = np.array([[0.6, 0.3, 0.1], [0.2, 0.5, 0.3], [0.3, 0.3, 0.4]])
 DT = 0.1
@@ -18,8 +25,8 @@ DT = 0.1
 
 def bounds() -> Bounds:
     """State 0 for 0.2 to 0.4 s; states 1 and 2 together for at least 0.3 s."""
-    inside = np.array([[True, False, False], [False, True, True]])
-    return Bounds(inside, np.array([0.2, 0.3]), np.array([0.4, math.inf]))
+    group = np.array([[0, -1, -1], [-1, 0, 0]])
+    return Bounds(group, np.array([0.2, 0.3]), np.array([0.4, math.inf]))
 
 
 def allowed(path: tuple[int, ...]) -> bool:
@@ -80,7 +87,7 @@ def test_rows_are_exact_forwards_and_backwards(ring: Semiring, seed: int) -> Non
 
 
 def test_without_bounds_that_ask_there_is_one_row_a_set() -> None:
-    free = Bounds(bounds().inside, np.zeros(2), np.full(2, math.inf))
+    free = Bounds(bounds().group, np.zeros(2), np.full(2, math.inf))
     ages = ages_of(free, np.arange(3), SUM_PRODUCT)
     belief = ages.begin(np.full(3, 1 / 3, np.float32))
     for _ in range(10):
@@ -89,7 +96,7 @@ def test_without_bounds_that_ask_there_is_one_row_a_set() -> None:
 
 
 def test_many_beginnings_are_few_rows_and_nothing_is_lost() -> None:
-    free = Bounds(np.eye(3, dtype=bool), np.zeros(3), np.full(3, 600.0))
+    free = Bounds(np.arange(3)[None], np.zeros(1), np.full(1, 600.0))
     ages = ages_of(free, np.arange(3), SUM_PRODUCT)
     belief = ages.begin(np.full(3, 1 / 3, np.float32))
     for _ in range(60):
@@ -115,10 +122,10 @@ limbs:
 
 
 @pytest.mark.parametrize("decoder", ["nearest", "viterbi", "forward", "fuzzy"])
-def test_a_flicker_shorter_than_the_shortest_time_is_not_told(tmp_path: object, decoder: str) -> None:
+def test_a_flicker_shorter_than_the_shortest_time_is_not_told(tmp_path: Path, decoder: str) -> None:
     found = {}
     for dwell in ("0 s ..", "200 ms .."):
-        path = tmp_path / "face.yaml"  # type: ignore[operator]
+        path = tmp_path / "face.yaml"
         path.write_text(FACE.replace("DWELL", dwell))
         model = gesturec.compile_model(path)
         rng = np.random.default_rng(3)
@@ -143,6 +150,62 @@ def test_bounds_without_a_name_are_of_each_state() -> None:
     dwell = [{"machine": "m", "name": None, "states": [0, 1, 2], "shortest": 0.1, "longest": None}]
     made = bounds_of(dwell, "m", 3)
     assert made is not None
-    assert (made.inside == np.eye(3, dtype=bool)).all()
+    assert made.group.tolist() == [[0, 1, 2]]
     assert np.isinf(made.longest).all()
     assert bounds_of(dwell, "other", 3) is None
+
+
+def test_states_one_by_one_are_bounded_as_sets_of_one_each() -> None:
+    """One bound over a partition says what a bound a state says."""
+    rng, ring = np.random.default_rng(5), SUM_PRODUCT
+    apart = Bounds(np.where(np.eye(3, dtype=bool), 0, -1), np.full(3, 0.3), np.full(3, 0.5))
+    both = [
+        ages_of(b, np.arange(3), ring) for b in (Bounds(np.arange(3)[None], np.full(1, 0.3), np.full(1, 0.5)), apart)
+    ]
+    beliefs = [ages.begin(np.full(3, 1 / 3, np.float32)) for ages in both]
+    for likelihood in rng.random((9, 3)).astype(np.float32):
+        beliefs = [
+            (after := ages.divide(b, carry(b.mass, ring, MOVE), DT)[0])._replace(mass=after.mass * likelihood)
+            for ages, b in zip(both, beliefs, strict=True)
+        ]
+        np.testing.assert_allclose(beliefs[0].mass.sum(0), beliefs[1].mass.sum(0), rtol=1e-5)
+
+
+@pytest.mark.parametrize("decoder", ["nearest", "viterbi", "forward", "fuzzy"])
+@pytest.mark.parametrize("lag", [0.0, 0.2, "offline"])
+@pytest.mark.parametrize(
+    "machine",
+    [
+        "{states: {shut: {drop: 0}, open: {drop: 25}}, arcs: [shut -> open], dwell: {open: .. 100 ms}}",
+        "{states: {shut: {drop: 0}, half: {drop: 12}, open: {drop: 25}}, arcs: [shut <-> half, half <-> open], "
+        "dwell: {open: .. 10 s, shut: .. 10 s, half: 100 ms ..}}",
+    ],
+    ids=["no way out", "a jump over the arcs"],
+)
+def test_what_contradicts_the_bounds_begins_anew(tmp_path: Path, decoder: str, lag: Any, machine: str) -> None:
+    path = tmp_path / "face.yaml"
+    path.write_text(FACE.replace("{states: {shut: {drop: 0}, open: {drop: 25}}, dwell: DWELL}", machine))
+    model = gesturec.compile_model(path)
+    tokens = np.array([[0, 0, 0], [-4, 45, 0], [-95, -25, 72], [-95, -25, -72], [-2, -80, 0]]) / 1000
+    points = np.tile(tokens, (24, 1, 1)) + 0.0001 * np.random.default_rng(3).standard_normal((24, 5, 3))
+    points[8:, 4, 1] -= 0.025
+    session = model.session(rate=25, decoder=decoder, noise=0.0001, names=model.tokens, lag=lag)
+    steps = [session.step(p, n / 25) for n, p in enumerate(points)] + session.finish()
+    told = [step for step in steps if step.frame_index >= 0]
+    assert len(told) == len(points)
+    assert {word for step in told for word in (step.why["jaw"].status,)} <= {"ok", "undecided", "misfit"}
+
+
+def test_dwell_on_every_state_of_a_grid_stays_affordable(tmp_path: Path) -> None:
+    """Rows are bounded: by entry times within a kind of states, and by kinds."""
+    path = tmp_path / "face.yaml"
+    text = FACE.replace("spread: 1.5}", "range: 0 .. 30, every: 2}")
+    path.write_text(text.replace("{states: {shut: {drop: 0}, open: {drop: 25}}, dwell: DWELL}", "{dwell: 80 ms ..}"))
+    model = gesturec.compile_model(path)
+    decoder = make_decoders(lay_out(model.artifact, 0.04), Options(noise=0.0005), 0.0005)[0]
+    assert isinstance(decoder, WindowDecoder)
+    belief = decoder.advance(None, Sight(0.0, None, None))
+    for _ in range(12):
+        belief = decoder.advance(belief, Sight(0.04, None, None))
+        assert len(belief.aged.rows) <= MOST_ROWS
+        assert belief.aged.mass.sum() == pytest.approx(1, abs=1e-3)

@@ -42,6 +42,14 @@ def test_what_forbids_everything_is_left_out() -> None:
     assert [d.state for d in after] == [0, 0]
 
 
+def test_what_the_points_all_but_contradict_is_left_out_too() -> None:
+    never = Relation((0, 1), np.array([[0.0, 1.0], [1.0, 1.0]]))
+    after = relate([never], [decided(1 - 1e-7, 1e-7), decided(1 - 1e-7, 1e-7)])
+    assert [d.state for d in after] == [0, 0]
+    after = relate([never], [decided(0.99, 0.01), decided(0.95, 0.05)])
+    assert [d.state for d in after] == [0, 1]
+
+
 def test_ties_go_to_the_lowest_state_and_the_set_holds_its_mass() -> None:
     assert most_probable(np.array([0.2, 0.4, 0.4 * (1 - 1e-9)])) == 1
     assert credible_set(np.array([0.5, 0.3, 0.15, 0.05])).tolist() == [0, 1, 2]

@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from gesturec.artifact.artifact import Artifact
 from gesturec.compile import compile_model
 from gesturec.diagnostics.errors import InputError, LimitError
+from gesturec.runtime.dwell import Bounds
 from gesturec.runtime.reach import machine_graph, spread, steps_in
 from gesturec.simulate.cycles import going_machines
-from gesturec.simulate.lingering import lengthened
+from gesturec.simulate.lingering import _missing, lengthened
 from gesturec.simulate.simulation import SimulateOptions, Simulation, simulate
 
 ROOT = Path(__file__).parents[2]
@@ -172,12 +173,26 @@ def test_a_take_too_long_to_plan_is_refused_by_its_size(gait: Artifact) -> None:
 
 
 def test_a_stay_that_is_too_short_begins_earlier_or_ends_later() -> None:
-    inside = np.array([False, True, True, False])
-    ends = np.array([0, 3, 1, 2, 0, 0, 0, 0])
-    assert lengthened(ends, inside, 4).tolist() == [0, 3, 1, 2, 2, 2, 0, 0]
-    planned = np.array([0, 0, 0, 0, 0, 1, 2, 0, 0, 1, 1, 2, 0])
-    assert lengthened(planned, inside, 4).tolist() == [0, 0, 0, 1, 1, 1, 2, 0, 1, 1, 1, 2, 0]
-    assert lengthened(planned, inside, 2).tolist() == planned.tolist()
+    group = np.array([-1, 0, 0, -1])
+    bounds = Bounds(group[None], np.array([0.4]), np.array([np.inf]))
+
+    def longer(states: list[int], least: int) -> list[int]:
+        found = lengthened(np.array(states), group, least, lambda changed: _missing(changed, bounds, [least]))
+        return [int(state) for state in found]
+
+    assert longer([0, 3, 1, 2, 0, 0, 0, 0], 4) == [0, 3, 1, 2, 2, 2, 0, 0]
+    planned = [0, 0, 0, 0, 0, 1, 2, 0, 0, 0, 3, 1, 1, 2, 0]
+    assert longer(planned, 3) == [0, 0, 0, 0, 1, 1, 2, 0, 0, 0, 3, 1, 1, 2, 0]
+    assert longer(planned, 2) == planned
+
+
+def test_a_stay_is_not_lengthened_at_the_cost_of_another() -> None:
+    group = np.array([[0, -1], [-1, 0]])
+    bounds = Bounds(group, np.full(2, 0.5), np.full(2, np.inf))
+    states = np.array([1] * 6 + [0] * 6 + [1] * 2 + [0] * 6)
+    for own in group:
+        states = lengthened(states, own, 5, lambda changed: _missing(changed, bounds, [5, 5]))
+    assert states.tolist() == [1] * 6 + [0] * 6 + [1] * 5 + [0] * 3
 
 
 def test_who_starts_to_walk_keeps_the_shortest_stance(gait: Artifact) -> None:
