@@ -162,7 +162,7 @@ def summary_text(outcome: Outcome) -> str:
     noise = "unknown" if summary["noise"] is None else f"{1000 * summary['noise']:.3g} mm"
     head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, "
     head += f"scale {size}, noise {noise}"
-    rows: list[tuple[str, ...]] = [("  machine", "decided", "deferred", "misfit", "lost")]
+    rows: list[tuple[str, ...]] = [("  machine", "decided", "undecided", "misfit", "lost")]
     for name, shares in summary["machines"].items():
         rows.append((f"  {name}", *(f"{shares[key]:.1%}" for key in ("decided", "deferred", "misfit", "lost"))))
     notes = [f"  note: {note}" for note in summary["notes"]]

@@ -98,7 +98,7 @@ def _tell(facts: dict[str, Any]) -> None:
     carried = f"{facts['exact_carried']:.1%} of them exactly"
     print(f"carried   {facts['carried']:.1%} on from before their finger was hidden, {carried}")
     most = ", ".join(f"{name} {share:.1%}" for name, share in facts["deferred"].items() if share)
-    print(f"deferred  {1 - facts['decided']:.1%}, hatched on the page: {most}")
+    print(f"undecided {1 - facts['decided']:.1%}, hatched on the page: {most}")
     print(f"page      {facts['page']}  ({facts['seconds']:g} s in all)")
 
 
