@@ -131,6 +131,7 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
         )
     set_steps(machine, block, above, plan.environment)
     if block is not None:
+        warn_of_step(block, machine, plan.environment)
         machine.arcs = tuple(arcs_of(block, machine, plan.environment))
         machine.dwell = tuple(dwell_of(block, machine, plan.environment))
         machine.reverse = values.truth(block.reverse, plan.environment)
@@ -158,6 +159,14 @@ def set_steps(
         tick = values.positive(source.tick, environment, TIME)
         suspect_time(source.tick, environment, (tick,), LONGEST_TICK)
         machine.tick = tick if tick is not None else machine.tick
+
+
+def warn_of_step(block: LimbMachine, machine: BodyMachine, environment: Environment) -> None:
+    """Warn of a `step` of what has no grid to step in: along a curve time says how far one goes."""
+    if machine.cycle is not None and block.has("step"):
+        message = f"`step` is about a grid, and machine `{machine.name}` is a {machine.kind}"
+        help = "leave it out: a cycle's `period` and a path's `duration` bound how far one frame goes"
+        environment.findings.report("ignored-key", message, block.key("step"), "ignored", help)
 
 
 def exclusive_of(body: ResolvedBody, environment: Environment) -> tuple[str, ...]:
@@ -285,6 +294,7 @@ def check_parents(plan: MachinePlan, findings: Findings) -> None:
 def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) -> Iterator[BodyArc]:
     """Declared transitions; `a <-> b` is two."""
     known = machine.state_names()
+    seen: dict[tuple[str, str], Span] = {}
     for item in block.arcs or ():
         if not isinstance(item, Text):
             continue
@@ -295,12 +305,24 @@ def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) 
             continue
         good = [report_state(end, known, machine, environment) for end in (arc.source, arc.target)]
         if all(good):
-            yield BodyArc(arc.source.text, arc.target.text, item.span)
-            if arc.both:
-                yield BodyArc(arc.target.text, arc.source.text, item.span)
+            found = (arc.source.text, arc.target.text)
+            both = [BodyArc(*ends, item.span) for ends in ((found, found[::-1]) if arc.both else (found,))]
+            report_double_arc(both, seen, environment.findings)
+            yield from both
     if block.arcs is not None and machine.kind == "grid":
         message = "arcs join named states and phases, and this machine has none"
         environment.findings.report("conflicting-keys", message, block.key("arcs"))
+
+
+def report_double_arc(arcs: list[BodyArc], seen: dict[tuple[str, str], Span], findings: Findings) -> None:
+    """Report an arc that an earlier one declares too, in one of its directions."""
+    for arc in arcs:
+        first = seen.setdefault((arc.source, arc.target), arc.span)
+        if first != arc.span:
+            message = f"`{arc.source} -> {arc.target}` is declared twice"
+            related = (Related("first here", first),)
+            findings.report("repeated-member", message, arc.span, "again here", "name each once", related)
+            return
 
 
 def report_state(path: tree.Path, known: tuple[str, ...], machine: BodyMachine, environment: Environment) -> bool:

@@ -19,6 +19,7 @@ from gesturec.checks.parameters import SCALE, Settled
 from gesturec.checks.poses import PoseBuilder, Poses, WrittenPose, written_poses
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.checks.spanning import BodyPart, SpanScope, known_part, of_part, spanning
+from gesturec.checks.steps import refuse_joint_allows
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Sequence, Text
 from gesturec.language.expressions import scope as symbols
@@ -43,6 +44,7 @@ def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> tupl
         pose = poses.resolve(full)
         if pose is not None:
             body.poses[full] = pose
+    refuse_joint_allows(body, findings)
     gestures.build()
     body.root_tokens = {
         f"{part.name}.{full}": replace(token, name=f"{part.name}.{full}", limb=None)
