@@ -23,6 +23,8 @@ from gesturec.language.schema.blocks import ModelTest
 
 WORD = re.compile(r"[A-Za-z_][\w.]*")
 DURATION, RATE = 1.0, 25.0
+# s; later than any test lasts
+OPEN_END = 1e9
 
 
 def build_tests(
@@ -115,7 +117,7 @@ def hidden(block: ModelTest, body: ResolvedBody, environment: Environment) -> di
             continue
         limits = values.interval(node, environment, TIME)
         if limits is not None:
-            found[str(key)] = [max(0.0, limits[0]), min(1e9, limits[1])]
+            found[str(key)] = [max(0.0, limits[0]), min(OPEN_END, limits[1])]
     return found
 
 
