@@ -25,7 +25,7 @@ from gesturec.language.expressions.parse import ExpressionError, parse_arc
 from gesturec.language.expressions.units import TIME
 from gesturec.language.findings import Findings
 from gesturec.language.schema.blocks import LimbMachine, Machine, Transitions
-from gesturec.language.schema.leaf import wrong_kind
+from gesturec.language.schema.leaf import texts_in, wrong_kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +70,9 @@ def take_limbs(body: ResolvedBody, environment: Environment, findings: Findings)
 
 def listed_limbs(block: Machine, body: ResolvedBody, environment: Environment) -> Iterator[tuple[Text, str]]:
     """The limbs that a machine at the top names, groups written out."""
-    node = block.limbs
-    if isinstance(node, Sequence) and not node:
+    if isinstance(block.limbs, Sequence) and not block.limbs:
         environment.findings.report("empty-group", "a machine takes in at least one limb", block.key("limbs"))
-    for item in node if isinstance(node, Sequence) else ():
-        if not isinstance(item, Text):
-            continue
+    for item in values.listed(block.limbs, environment):
         if item in body.limbs:
             yield item, str(item)
         elif item in body.groups:
@@ -172,8 +169,7 @@ def warn_of_step(block: LimbMachine, machine: BodyMachine, environment: Environm
 def exclusive_of(body: ResolvedBody, environment: Environment) -> tuple[str, ...]:
     """What changes only one at a time; of several bodies machines by `body.machine`."""
     top = body.model.main.block.transitions
-    node = top.exclusive if top is not None else None
-    items = [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
+    items = values.listed(top.exclusive, environment) if top is not None else []
     names = body.machine_names()
     known = ("motion", "deformation", *names)
     for item in items:
@@ -295,9 +291,7 @@ def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) 
     """Declared transitions; `a <-> b` is two."""
     known = machine.state_names()
     seen: dict[tuple[str, str], Span] = {}
-    for item in block.arcs or ():
-        if not isinstance(item, Text):
-            continue
+    for item in arcs_written(block, environment):
         try:
             arc = parse_arc(item)
         except ExpressionError as error:
@@ -312,6 +306,14 @@ def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) 
     if block.arcs is not None and machine.kind == "grid":
         message = "arcs join named states and phases, and this machine has none"
         environment.findings.report("conflicting-keys", message, block.key("arcs"))
+
+
+def arcs_written(block: LimbMachine, environment: Environment) -> list[Text]:
+    """The texts of the arcs, which may be passed as a list."""
+    node = None if block.arcs is None else values.whole(block.arcs, environment)[0]
+    if node is None or (node is not block.arcs and not texts_in(node, "a list of arcs", environment.findings)):
+        return []
+    return [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
 
 
 def report_double_arc(arcs: list[BodyArc], seen: dict[tuple[str, str], Span], findings: Findings) -> None:
