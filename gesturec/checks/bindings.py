@@ -43,8 +43,9 @@ def binding_of(
 ) -> BodyBinding:
     """One binding."""
     bound: list[tuple[str, Theirs]] = []
-    for ours, theirs in pairs_of(block.tokens):
-        if check_token(ours, tokens, body, environment.findings):
+    for ours, given in pairs_of(block.tokens):
+        theirs, _ = values.whole(given, environment)
+        if theirs is not None and check_token(ours, tokens, body, environment.findings):
             weights = weights_of(theirs, environment)
             bound.append((str(ours), weights))
             check_order(block, theirs, weights, environment.findings)

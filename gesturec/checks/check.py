@@ -21,7 +21,8 @@ from gesturec.checks.parameters import SCALE, Settled, settle
 from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_poses
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
-from gesturec.checks.suspicions import is_misspelt, warn_of_empty, warn_of_root
+from gesturec.checks.steps import refuse_joint_allows
+from gesturec.checks.suspicions import is_misspelt, report_unread, warn_of_empty, warn_of_root
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
@@ -126,6 +127,7 @@ def build_parts(body: ResolvedBody, settled: Settled, findings: Findings) -> tup
     build_constraints(body, names, environment, findings)
     build_rules(body, plans, names, environment)
     body.poses = {full: pose for full in poses.written if (pose := poses.resolve(full)) is not None}
+    refuse_joint_allows(body, findings)
     gestures.build()
     body.exclusive = exclusive_of(body, environment)
     body.bindings = build_bindings(body, settled, findings)
@@ -167,7 +169,9 @@ def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
     """What is legal and probably not meant."""
     for name, (key, _, _) in settled.blocks.items():
         given = body.environment.find(name)
-        if given is not None and not given.is_used and name != SCALE and not is_misspelt(name, findings):
+        if given is None or given.is_used or name == SCALE or is_misspelt(name, findings):
+            continue
+        if not report_unread(given.node, findings):
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
     warn_of_root(body, findings)
     warn_of_empty(body, findings)

@@ -258,7 +258,7 @@ def link_parents(body: ResolvedBody, plans: dict[str, Plan], findings: Findings)
     places: dict[str, Span] = {}
     for name, plan in plans.items():
         limb = body.limbs[name]
-        node = plan.parent
+        node = values.word(plan.parent, body.environment)
         for section in limb.sections:
             node = node or values.word(section.block.parent, section.environment)
         if node is not None:

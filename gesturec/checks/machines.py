@@ -25,7 +25,7 @@ from gesturec.language.expressions.parse import ExpressionError, parse_arc
 from gesturec.language.expressions.units import TIME
 from gesturec.language.findings import Findings
 from gesturec.language.schema.blocks import LimbMachine, Machine, Transitions
-from gesturec.language.schema.leaf import wrong_kind
+from gesturec.language.schema.leaf import texts_in, wrong_kind
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +70,9 @@ def take_limbs(body: ResolvedBody, environment: Environment, findings: Findings)
 
 def listed_limbs(block: Machine, body: ResolvedBody, environment: Environment) -> Iterator[tuple[Text, str]]:
     """The limbs that a machine at the top names, groups written out."""
-    node = block.limbs
-    if isinstance(node, Sequence) and not node:
+    if isinstance(block.limbs, Sequence) and not block.limbs:
         environment.findings.report("empty-group", "a machine takes in at least one limb", block.key("limbs"))
-    for item in node if isinstance(node, Sequence) else ():
-        if not isinstance(item, Text):
-            continue
+    for item in values.listed(block.limbs, environment):
         if item in body.limbs:
             yield item, str(item)
         elif item in body.groups:
@@ -131,6 +128,7 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
         )
     set_steps(machine, block, above, plan.environment)
     if block is not None:
+        warn_of_step(block, machine, plan.environment)
         machine.arcs = tuple(arcs_of(block, machine, plan.environment))
         machine.dwell = tuple(dwell_of(block, machine, plan.environment))
         machine.reverse = values.truth(block.reverse, plan.environment)
@@ -160,11 +158,18 @@ def set_steps(
         machine.tick = tick if tick is not None else machine.tick
 
 
+def warn_of_step(block: LimbMachine, machine: BodyMachine, environment: Environment) -> None:
+    """Warn of a `step` of what has no grid to step in: along a curve time says how far one goes."""
+    if machine.cycle is not None and block.has("step"):
+        message = f"`step` is about a grid, and machine `{machine.name}` is a {machine.kind}"
+        help = "leave it out: a cycle's `period` and a path's `duration` bound how far one frame goes"
+        environment.findings.report("ignored-key", message, block.key("step"), "ignored", help)
+
+
 def exclusive_of(body: ResolvedBody, environment: Environment) -> tuple[str, ...]:
     """What changes only one at a time; of several bodies machines by `body.machine`."""
     top = body.model.main.block.transitions
-    node = top.exclusive if top is not None else None
-    items = [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
+    items = values.listed(top.exclusive, environment) if top is not None else []
     names = body.machine_names()
     known = ("motion", "deformation", *names)
     for item in items:
@@ -285,9 +290,8 @@ def check_parents(plan: MachinePlan, findings: Findings) -> None:
 def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) -> Iterator[BodyArc]:
     """Declared transitions; `a <-> b` is two."""
     known = machine.state_names()
-    for item in block.arcs or ():
-        if not isinstance(item, Text):
-            continue
+    seen: dict[tuple[str, str], Span] = {}
+    for item in arcs_written(block, environment):
         try:
             arc = parse_arc(item)
         except ExpressionError as error:
@@ -295,12 +299,32 @@ def arcs_of(block: LimbMachine, machine: BodyMachine, environment: Environment) 
             continue
         good = [report_state(end, known, machine, environment) for end in (arc.source, arc.target)]
         if all(good):
-            yield BodyArc(arc.source.text, arc.target.text, item.span)
-            if arc.both:
-                yield BodyArc(arc.target.text, arc.source.text, item.span)
+            found = (arc.source.text, arc.target.text)
+            both = [BodyArc(*ends, item.span) for ends in ((found, found[::-1]) if arc.both else (found,))]
+            report_double_arc(both, seen, environment.findings)
+            yield from both
     if block.arcs is not None and machine.kind == "grid":
         message = "arcs join named states and phases, and this machine has none"
         environment.findings.report("conflicting-keys", message, block.key("arcs"))
+
+
+def arcs_written(block: LimbMachine, environment: Environment) -> list[Text]:
+    """The texts of the arcs, which may be passed as a list."""
+    node = None if block.arcs is None else values.whole(block.arcs, environment)[0]
+    if node is None or (node is not block.arcs and not texts_in(node, "a list of arcs", environment.findings)):
+        return []
+    return [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
+
+
+def report_double_arc(arcs: list[BodyArc], seen: dict[tuple[str, str], Span], findings: Findings) -> None:
+    """Report an arc that an earlier one declares too, in one of its directions."""
+    for arc in arcs:
+        first = seen.setdefault((arc.source, arc.target), arc.span)
+        if first != arc.span:
+            message = f"`{arc.source} -> {arc.target}` is declared twice"
+            related = (Related("first here", first),)
+            findings.report("repeated-member", message, arc.span, "again here", "name each once", related)
+            return
 
 
 def report_state(path: tree.Path, known: tuple[str, ...], machine: BodyMachine, environment: Environment) -> bool:

@@ -23,6 +23,8 @@ from gesturec.language.schema.blocks import ModelTest
 
 WORD = re.compile(r"[A-Za-z_][\w.]*")
 DURATION, RATE = 1.0, 25.0
+# s; later than any test lasts
+OPEN_END = 1e9
 
 
 def build_tests(
@@ -62,9 +64,9 @@ def test_of(
 
 def refuse_both(block: ModelTest, environment: Environment) -> None:
     """Report a gesture that must come out and must not."""
-    expected = {str(item): item for item in block.expect or () if isinstance(item, Text)}
-    for item in block.never or ():
-        if isinstance(item, Text) and item in expected:
+    expected = {str(item): item for item in values.listed(block.expect, environment)}
+    for item in values.listed(block.never, environment):
+        if item in expected:
             related = (Related("expected here", expected[item].span),)
             message = f"`{item}` must come out, and must not"
             environment.findings.report("conflicting-keys", message, item.span, "", None, related)
@@ -115,14 +117,14 @@ def hidden(block: ModelTest, body: ResolvedBody, environment: Environment) -> di
             continue
         limits = values.interval(node, environment, TIME)
         if limits is not None:
-            found[str(key)] = [max(0.0, limits[0]), min(1e9, limits[1])]
+            found[str(key)] = [max(0.0, limits[0]), min(OPEN_END, limits[1])]
     return found
 
 
 def named(node: Text | Sequence | None, known: tuple[str, ...], environment: Environment) -> list[str]:
     """Gestures by name."""
     report: Callable[..., None] = environment.findings.report
-    names = [item for item in node or () if isinstance(item, Text)] if isinstance(node, Sequence) else []
+    names = values.listed(node, environment)
     for item in names:
         if item not in known:
             report(

@@ -147,9 +147,7 @@ def flatten(
         return done[name] or ()
     key, node = groups[name]
     members: list[str] = []
-    for item in node if isinstance(node, Sequence) else ():
-        if not isinstance(item, Text):
-            continue
+    for item in values.listed(node, body.environment):
         if item in (*above, name) and item in body.limbs:  # which is reported as two things of one name
             members.append(str(item))
         elif item in (*above, name):

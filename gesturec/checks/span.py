@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from gesturec.checks import values
 from gesturec.checks.bindings import build_bindings
 from gesturec.checks.body import BodyBinding, BodyGesture, BodyPose, Expressed, ResolvedBody
 from gesturec.checks.constraints import constraints_of, report_double_names, rules_of
@@ -19,6 +20,7 @@ from gesturec.checks.parameters import SCALE, Settled
 from gesturec.checks.poses import PoseBuilder, Poses, WrittenPose, written_poses
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.checks.spanning import BodyPart, SpanScope, known_part, of_part, spanning
+from gesturec.checks.steps import refuse_joint_allows
 from gesturec.diagnostics.suggest import did_you_mean
 from gesturec.language.document import Mapping, Sequence, Text
 from gesturec.language.expressions import scope as symbols
@@ -43,6 +45,7 @@ def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> tupl
         pose = poses.resolve(full)
         if pose is not None:
             body.poses[full] = pose
+    refuse_joint_allows(body, findings)
     gestures.build()
     body.root_tokens = {
         f"{part.name}.{full}": replace(token, name=f"{part.name}.{full}", limb=None)
@@ -66,7 +69,7 @@ def build_groups(body: ResolvedBody, scope: SpanScope, findings: Findings) -> No
     """Flatten every group of the file; its members are things of the bodies, or groups that stand before it."""
     for part in body.model.parts:
         for key, node in part.block.groups.items():
-            members = [item for item in node if isinstance(item, Text)] if isinstance(node, Sequence) else []
+            members = values.listed(node, body.environment)
             if isinstance(node, Sequence) and not node:
                 findings.report("empty-group", f"group `{key}` has no members", key.span, "nothing in it")
             found = [member for item in members for member in members_of(item, scope, findings)]

@@ -15,7 +15,16 @@ from gesturec.checks.rotations import Vector, add, cross, scaled, unit
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Mapping, Node, Sequence, Text
+from gesturec.language.expressions.parse import (
+    ExpressionError,
+    parse_arc,
+    parse_expression,
+    parse_gesture,
+    parse_interval,
+    parse_wanted,
+)
 from gesturec.language.findings import Findings
+from gesturec.language.schema.leaf import PATH
 
 # Three points fix a frame; the intrinsic one is found again by fitting the root's tokens.
 FEWEST_ROOT_TOKENS: Final = 3
@@ -89,3 +98,21 @@ def is_misspelt(parameter: str, findings: Findings) -> bool:
         finding.span.text for finding in findings.found.values() if finding.rule == "unknown-parameter" and finding.span
     ]
     return any(nearest(text.lstrip("$"), [parameter]) is not None for text in unknown)
+
+
+def report_unread(node: Node | None, findings: Findings) -> bool:
+    """Whether a value that nothing uses is no text of the language, which its use would have shown; reports that."""
+    if not isinstance(node, Text) or PATH.match(node) or node.startswith("#"):
+        return False
+    for parse in (parse_wanted, parse_interval, parse_arc, parse_gesture):
+        try:
+            parse(node)
+            return False
+        except ExpressionError:
+            continue
+    try:
+        parse_expression(node)
+    except ExpressionError as error:
+        findings.add(error.diagnostic)
+        return True
+    return False

@@ -14,7 +14,7 @@ from gesturec.language.expressions import constant
 from gesturec.language.expressions.scope import Words
 from gesturec.language.expressions.units import PURE, TIME, Kind
 from gesturec.language.limits import raised_by
-from gesturec.language.schema.leaf import is_passed, wrong_kind
+from gesturec.language.schema.leaf import is_members, is_passed, wrong_kind
 
 SHORTEST = 1e-9  # s; `artifact.columns` takes none below
 
@@ -102,6 +102,16 @@ def word(node: Node | None, environment: Environment) -> Text | None:
         return node
     wrong_kind(node, "a name", environment.findings)
     return None
+
+
+def listed(node: Node | None, environment: Environment) -> list[Text]:
+    """A list of names; one that was passed has not been looked at yet."""
+    if node is None:
+        return []
+    found, _ = whole(node, environment)
+    if found is node or (found is not None and is_members(found, environment.findings)):
+        return [item for item in found if isinstance(item, Text)] if isinstance(found, Sequence) else []
+    return []
 
 
 def truth(node: Node | None, environment: Environment) -> bool:

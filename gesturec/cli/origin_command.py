@@ -14,7 +14,9 @@ EPILOG = "example: gesturec origin hand index.pip --set scale=0.95"
 def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("model", metavar="MODEL", help="a model (.yaml, a shipped name, -)")
-    parser.add_argument("path", metavar="PATH", help="a joint, token, limb, machine, pose, parameter; maybe a key")
+    parser.add_argument(
+        "path", metavar="PATH", help="a joint, token, limb, machine, pose, parameter, `units`, `tests`; maybe a key"
+    )
     add_model_options(parser)
     parser.add_argument("--json", action="store_true", help="as JSON")
 

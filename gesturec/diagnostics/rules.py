@@ -100,6 +100,7 @@ ERRORS: Final = (
     ("no-machine", "a limb without a free joint is given a machine"),
     ("bad-keys", "the keys of a cycle or path are not such a curve"),
     ("bad-phases", "phases do not begin at 0 and rise"),
+    ("allow-of-several", "an `allow` names several machines"),
     ("groups-disagree", "two groups say different things of a limb"),
     ("no-value", "a test or pose asks for a state that cannot be"),
     ("constant-constraint", "a constraint names no joint, state or token"),

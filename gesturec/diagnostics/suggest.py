@@ -31,17 +31,24 @@ def edit_distance(a: str, b: str, most: int) -> int:
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
-    """The known word that is nearest to `word`: one slip in a short word, two in a longer one."""
+    """The known word that is nearest to `word`: one slip in a short word, two in a longer one.
+
+    Of several as near it is one of the same letters, as a letter struck twice or two swapped bring in no other; then
+    one of about the same length.
+    """
     if len(word) > LONGEST_WORD:
         return None
     most = 1 if len(word) < 5 else 2
     lower = word.lower()
     # A word that has no letter of another is no slip of it: `p` is not `a`.
     candidates = [other for other in set(known) if set(lower) & set(other.lower())]
-    ranked = sorted(
-        (edit_distance(lower, other.lower(), most), abs(len(other) - len(word)), other) for other in candidates
+    distances = {other: edit_distance(lower, other.lower(), most) for other in candidates}
+    near = [other for other, distance in distances.items() if distance <= most]
+    return min(
+        near,
+        key=lambda other: (distances[other], set(lower) != set(other.lower()), abs(len(other) - len(word)), other),
+        default=None,
     )
-    return ranked[0][2] if ranked and ranked[0][0] <= most else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str | None:

@@ -19,6 +19,7 @@ from gesturec.expansion.chain import chain_columns, token_machine
 from gesturec.expansion.consistency import conflict_findings
 from gesturec.expansion.environment import Body, SetTable
 from gesturec.expansion.equality import equal_findings
+from gesturec.expansion.far import far_findings
 from gesturec.expansion.gesture_steps import gesture_findings
 from gesturec.expansion.graph import graph_findings
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits, Refused, refuse_count
@@ -61,7 +62,9 @@ def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
 
 
 def _expand(model: LoweredModel, limits: Limits) -> Expansion:
-    findings: list[Diagnostic] = []
+    findings = far_findings(model)
+    if findings:
+        return Expansion(None, tuple(findings))
     columns = chain_columns(model)
     body = Body(model, _chain(model, columns), SetTable(), {}, limits)
     machines = [_attempt(findings, _expand_machine, body, m, limits) for m in range(len(model.machines))]

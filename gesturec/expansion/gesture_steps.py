@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import islice
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ from gesturec.expansion.depend import conjuncts, dependence, last_operands
 from gesturec.expansion.environment import Body, SetTable, state_environment
 from gesturec.expansion.poses import UNKNOWN
 from gesturec.expansion.relations import Relation
-from gesturec.language.expressions.gestures import least_steps, leaves
+from gesturec.language.expressions.gestures import ROUNDING, least_steps, least_time, leaves, steps_of, time_after
 from gesturec.lowering.lowered import LoweredPattern, Operation
 
 Codes = NDArray[np.uint8]
@@ -139,7 +140,8 @@ def gesture_findings(body: Body, relations: Sequence[Relation], said: frozenset[
         steps = [Step(*pair) for pair in zip(leaves(pattern.shape), pattern.places, strict=True)]
         fresh = [step for step in steps if never[step.truth] and not told[step.truth]]
         usable = [pair for pair in pairs(pattern) if not any(never[each.truth] for each in (*pair.before, pair.step))]
-        for finding in (*map(never_true, fresh), *early_steps(truths, pattern, usable)):
+        late = late_steps(truths, pattern, [step for step in steps if not never[step.truth]])
+        for finding in (*map(never_true, fresh), *early_steps(truths, pattern, usable), *late):
             assert finding.span is not None
             found.setdefault((finding.rule, finding.span), finding)
     return list(found.values())
@@ -164,6 +166,34 @@ def never_true(step: Step) -> Diagnostic:
     """The finding for a truth that holds nowhere."""
     message = f"`{step.place.text}` can never happen: what it asks for holds in no state of the body"
     return Diagnostic("never-matches", message, step.place)
+
+
+def late_steps(truths: Truths, pattern: LoweredPattern, steps: Sequence[Step]) -> Iterator[Diagnostic]:
+    """A finding for each second step that lasts longer than its `within`, which its first cannot last into."""
+    written = {id(step.shape): step for step in steps}
+    for inner, time in bounded(pattern.shape):
+        first, second = (written.get(id(shape)) for shape in (*islice(steps_of(inner), 2), None, None)[:2])
+        if first is None or second is None or "truth" not in first.shape or time_after(inner)[0] > time:
+            continue
+        one, other = (truths.may_hold(pattern.truths[step.truth].program.operations) for step in (first, second))
+        if least_time(inner) > time * (1 + ROUNDING) and not overlap(one, other):
+            message = (
+                f"after `{first.place.text}` it takes at least {least_time(inner):g} s, and `within` allows {time:g} s"
+            )
+            yield Diagnostic("never-matches", message, second.place, "", None, (Related("from here", first.place),))
+
+
+def bounded(shape: Shape) -> Iterator[tuple[Shape, float]]:
+    """What stands in each `within` of a shape, and its time, s."""
+    match shape:
+        case {"within": inner, "time": time}:
+            yield inner, time
+            yield from bounded(inner)
+        case {"repeat": inner}:
+            yield from bounded(inner)
+        case {"sequence": parts} | {"choice": parts}:
+            for part in parts:
+                yield from bounded(part)
 
 
 def early_steps(truths: Truths, pattern: LoweredPattern, found: Sequence[Pair]) -> Iterator[Diagnostic]:

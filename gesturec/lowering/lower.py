@@ -6,7 +6,7 @@ find a fault in a model any more, but for programs that grow too long.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -125,7 +125,7 @@ class Lowering:
             tokens=tuple(lowered_token(body, self.numbers, token) for token in all_tokens(body, self.limbs)),
             machines=tuple(self.machine(machine) for machine in body.machines.values()),
             constraints=tuple(part for constraint in body.constraints for part in self.constraint(constraint)),
-            rules=tuple(self.rule(rule) for rule in body.rules),
+            rules=(*self.rules_elsewhere(), *map(self.rule, body.rules)),
             poses=poses,
             bindings=tuple(self.binding(binding) for binding in body.bindings),
             exclusive=body.exclusive,
@@ -255,8 +255,17 @@ class Lowering:
             arcs=tuple(Arc(arc.source, arc.target, arc.span) for arc in machine.arcs),
             reverse=machine.reverse,
             dwell=tuple(Dwell(item.name, item.shortest, item.longest, item.span) for item in machine.dwell),
-            rules=tuple(self.rule(rule) for rule in machine.rules),
+            rules=tuple(rule for rule in map(self.rule, machine.rules) if self.is_own(rule, machine)),
         )
+
+    def rules_elsewhere(self) -> Iterator[LoweredRule]:
+        """Rules that a machine at the top has, and that speak of others too."""
+        for machine in self.body.machines.values():
+            yield from (rule for rule in map(self.rule, machine.rules) if not self.is_own(rule, machine))
+
+    def is_own(self, rule: LoweredRule, machine: BodyMachine) -> bool:
+        """Whether a rule speaks of one machine alone."""
+        return set(rule.machines) <= {self.numbers.machines[machine.name]}
 
     def cycle(self, machine: BodyMachine) -> LoweredCycle | None:
         curve = machine.cycle

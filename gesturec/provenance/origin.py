@@ -1,9 +1,9 @@
 """`origins`: every effective value of a thing in a model, and where each came from.
 
 In: a model's source, its settings, and a path: a joint (`index.pip`), a token (`index.tip`, `wrist`), a limb, a
-machine, the root, a body, a group, template, pose, gesture, constraint or binding, a parameter (`$proximal`, `scale`),
-each with a key after it if only that is asked for (`index.pip.levels`). Out: `Origin`s. Compiles no tables: what is in
-force is read from the lowered model.
+machine, the root, a body, a group, template, pose, gesture, constraint, rule or binding, a parameter (`$proximal`,
+`scale`), `units`, `transitions`, `tests` or one of them (`tests.NAME`), each with a key after it if only that is asked
+for (`index.pip.levels`). Out: `Origin`s. Compiles no tables: what is in force is read from the lowered model.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from gesturec.language.schema.blocks import FrameEntry, JointEntry, TokenEntry
 from gesturec.lowering.lower import lower_body
 from gesturec.lowering.lowered import LoweredJoint, LoweredModel, LoweredToken
 from gesturec.provenance.follow import Follow
+from gesturec.provenance.of_file import file_things, node_of, said, said_of_all
 from gesturec.provenance.record import Origin, Trace
 from gesturec.provenance.values import Shown
 
@@ -129,6 +130,8 @@ class Question:
             add(name, lambda name=name: self.machine(name))  # type: ignore[misc]
         for name, written in self.named_texts():
             add(name, lambda name=name, written=written: self.text(name, *written))  # type: ignore[misc]
+        for name, thing in file_things(self.body, self.follow, self.shown):
+            add(name, thing)
         return things
 
     def parameter(self, name: str) -> Iterator[Origin]:
@@ -254,8 +257,8 @@ class Question:
         found = None if limb is None else limb.machine_block
         if found is not None:
             yield "in the `machine` of the limb or its template", *found
-        if file.transitions is not None:
-            yield "in `transitions`, for all machines", file.transitions, self.body.environment
+        for transitions, environment in said_of_all(self.body):
+            yield "in `transitions`, for all machines", transitions, environment
 
     def named_texts(self) -> Iterator[tuple[str, tuple[str, str, document.Text, tuple[Trace, ...]]]]:
         """What is told as its author wrote it, such as poses: what it is, its text, and its place."""
@@ -286,16 +289,3 @@ class Question:
     def text(self, path: str, kind: str, text: str, key: document.Text, more: tuple[Trace, ...]) -> Iterator[Origin]:
         """Something that is a text of the author's, such as a pose."""
         yield Origin(path, kind, text, (Trace("as written", key.span), *more))
-
-
-def node_of(block: Block, key: str) -> document.Node | None:
-    """What stands under a key, as read."""
-    mapping = block.written
-    found = mapping.key(key)
-    return None if found is None else mapping[found]
-
-
-def said(block: object) -> str:
-    """A block or node as written, on one line."""
-    span = getattr(block, "span", None)
-    return "" if span is None else " ".join(span.text.split())

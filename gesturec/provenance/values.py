@@ -7,10 +7,12 @@ and back has no more that mean anything.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
+from gesturec.checks.model_tests import OPEN_END
 from gesturec.language.expressions.units import BASE_UNITS
 from gesturec.lowering.lowered import LoweredJoint, LoweredMachine, LoweredToken, Vector
 
@@ -105,6 +107,27 @@ class Shown:
             kind = "cycle" if cycle.closed else "path"
             shown[kind] = f"{cycle.samples} samples in {plain(cycle.shortest)} s .. {_at_most(cycle.longest)}".rstrip()
         return shown
+
+    def test(self, test: Mapping[str, Any]) -> dict[str, str]:
+        """What is in force of a test of the model, by key."""
+        share, hidden = test["within_level"], test["hide"].items()
+        return {
+            "path": " -> ".join(test["path"]),
+            "duration": f"{plain(test['duration'])} s",
+            "rate": f"{plain(test['rate'])} Hz",
+            "noise": self.quantity(test["noise"], "length"),
+            "hide": "; ".join(
+                f"{name}: {plain(begin)} s .. {_before_end(end)}".rstrip() for name, (begin, end) in hidden
+            )
+            or "nothing",
+            "expect": ", ".join(test["expect"]) or "nothing",
+            "never": ", ".join(test["never"]) or "nothing",
+            "within_level": "not asked for" if share is None else f"{plain(100 * share)} %",
+        }
+
+
+def _before_end(end: float) -> str:
+    return "" if end >= OPEN_END else f"{plain(end)} s"
 
 
 def _at_most(longest: float) -> str:

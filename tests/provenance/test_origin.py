@@ -192,3 +192,78 @@ def test_the_command_prints_text_and_json(model: Path, capsys: pytest.CaptureFix
     assert (plain["value"], plain["from"][0]["file"]) == ("5 cm", "--set reach")
     assert main(["origin", str(model), "nobody"]) == 1
     assert main(["origin", "body.gcm", "near"]) == 2
+
+
+FILE = """transitions:
+  step: single
+  exclusive: [near, far]
+  rules:
+    - {name: slowly, forbid: next.near.bend > prev.far.bend}
+tests:
+  - name: bends
+    path: straight -> all_bent
+    duration: $took
+    rate: 50
+    noise: 2
+    hide: {near.tip: 0.2 s ..}
+    never: [up]
+  - {path: all_bent -> straight, within_level: 99 %}
+gestures: {up: straight -> all_bent}
+"""
+
+
+def test_what_a_file_says_of_no_part_has_its_place(model: Path) -> None:
+    text = BODY.replace("transitions: {tick: 40 ms}\n", FILE).replace(
+        "poses:\n", "parameters: {took: 2 s}\nposes:\n  straight: {near: {bend: 0}, far: {bend: 0}}\n"
+    )
+    model.write_text(text)
+    units = by_key(origins(model, "units"))
+    assert (units["length"].value, units["angle"].value) == ("mm", "deg")
+    assert told(units["length"]) == [
+        ("`length: mm`", f"body.yaml:{line(text, 'units:')}"),
+        ("an included file has `cm` for its own", f"parts.yaml:{line(PARTS, 'units:')}"),
+    ]
+    assert told(units["angle"]) == [("`angle: deg`", f"body.yaml:{line(text, 'units:')}")]
+    steps = by_key(origins(model, "transitions"))
+    assert {key: origin.value for key, origin in steps.items()} == {
+        "step": "single",
+        "tick": "the session's period",
+        "exclusive": "[near, far]",
+        "rules": "slowly",
+    }
+    assert told(steps["step"]) == [("`step: single`", f"body.yaml:{line(text, 'step: single')}")]
+    assert told(by_key(origins(model, "slowly"))["rule"]) == [("as written", f"body.yaml:{line(text, 'slowly')}")]
+    overview = by_key(origins(model, "tests"))
+    assert list(overview) == ["bends", "test 2"]
+    bends = by_key(origins(model, "tests.bends"))
+    assert {key: origin.value for key, origin in bends.items()} == {
+        "path": "straight -> all_bent",
+        "duration": "2 s",
+        "rate": "50 Hz",
+        "noise": "2 mm",
+        "hide": "near.tip: 0.2 s ..",
+        "expect": "nothing",
+        "never": "up",
+        "within_level": "not asked for",
+    }
+    assert told(bends["duration"]) == [
+        ("`duration: $took`", f"body.yaml:{line(text, 'duration: $took')}"),
+        ("`2 s`, the parameter's own value", f"body.yaml:{line(text, 'took: 2 s')}"),
+    ]
+    assert by_key(origins(model, "tests.test 2.within_level"))["within_level"].value == "99 %"
+    with pytest.raises(InputError, match=r"did you mean `tests\.bends`"):
+        origins(model, "tests.bend")
+
+
+def test_a_step_is_traced_to_the_file_that_has_the_bodies(model: Path, tmp_path: Path) -> None:
+    pair = tmp_path / "pair.yaml"
+    text = "gesturec: 1\nname: pair\nunits: {length: mm, angle: deg}\nbodies:\n  one: {model: body.yaml}\n"
+    text += "transitions:\n  step: single\n  tick: 20 ms\n"
+    pair.write_text(text)
+    (model.parent / "parts.yaml").write_text(PARTS.replace("    machine: {step: any}\n", ""))
+    step, tick = (by_key(origins(pair, "one.near"))[key] for key in ("step", "tick"))
+    assert (step.value, tick.value) == ("single", "0.04 s")
+    assert told(step)[0] == ("`step: single`", f"pair.yaml:{line(text, 'step: single')}")
+    assert told(tick)[0] == ("`tick: 40 ms`", f"body.yaml:{line(BODY, 'tick: 40 ms')}")
+    steps = by_key(origins(pair, "one.transitions"))
+    assert (steps["step"].value, steps["tick"].value) == ("single", "40 ms")

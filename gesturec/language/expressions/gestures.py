@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any, Final
 
 from gesturec.diagnostics.source import Span
@@ -42,6 +43,8 @@ Shape = dict[str, Any]
 OTHER_WORDS: Final = frozenset(("still", "root", "world", "prev", "next"))
 # A bare time beyond this, in s, is rather one in ms.
 LONGEST_BARE_TIME: Final = 60.0
+# Relative; sums of times are a few roundings off.
+ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,6 +370,32 @@ def least_time(shape: Shape) -> float:
             return 0.0
 
 
+def steps_of(shape: Shape) -> Iterator[Shape]:
+    """The steps that a shape takes at least, a choice as one."""
+    match shape:
+        case {"sequence": steps}:
+            for step in steps:
+                yield from steps_of(step)
+        case {"repeat": inner, "least": least}:
+            for _ in range(int(least)):
+                yield from steps_of(inner)
+        case {"within": inner}:
+            yield from steps_of(inner)
+        case _:
+            yield shape
+
+
+def time_after(shape: Shape) -> tuple[float, str]:
+    """The least time from where `within` counts to the last step, s, and the step that it counts from.
+
+    A first step that is a moment is where it counts from; any other may last until the second has happened.
+    """
+    before = list(islice(steps_of(shape), 2))
+    is_moment = bool(before) and ("enter" in before[0] or "leave" in before[0])
+    counted = before[:1] if is_moment else before
+    return least_time(shape) - sum(map(least_time, counted)), "first" if is_moment else "second"
+
+
 def suspect(walk: Patterns, made: Part, findings: Findings) -> None:
     """Warn of a pattern that can never be met: a truth that is false, or a time too short for its steps."""
     for truth in walk.truths if made.truth is None else [made.truth]:
@@ -376,14 +405,15 @@ def suspect(walk: Patterns, made: Part, findings: Findings) -> None:
 
 
 def too_short(shape: Shape, span: Span, findings: Findings) -> None:
-    """`within` counts at the earliest from the second step's beginning, so the steps after it must fit in."""
+    """Warn of a `within` into which the steps that it counts cannot fit, here or further in."""
     match shape:
-        case {"within": {"sequence": [_, _, *later]} as inner, "time": time}:
-            if (needed := sum(map(least_time, later))) > time:
-                message = f"the steps after the second take at least {needed:g} s, and `within` allows {time:g} s"
+        case {"within": inner, "time": time}:
+            needed, after = time_after(inner)
+            if needed > time * (1 + ROUNDING):
+                message = f"the steps after the {after} take at least {needed:g} s, and `within` allows {time:g} s"
                 findings.report("never-matches", message, span)
             too_short(inner, span, findings)
-        case {"within": inner} | {"repeat": inner}:
+        case {"repeat": inner}:
             too_short(inner, span, findings)
         case {"sequence": parts} | {"choice": parts}:
             for part in parts:

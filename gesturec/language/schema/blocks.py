@@ -41,7 +41,7 @@ class FileMirror(Block):
     required = ("across", "side")
     across: leaves.Plane = None
     """The axis that the plane of reflection is square to."""
-    side: leaves.Names = None
+    side: leaves.Sides = None
     """Two names: the side as written, and the one that `--set side=` reflects it to."""
 
 

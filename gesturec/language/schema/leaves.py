@@ -33,10 +33,11 @@ def map_of(value: Json, keys: Json | None = None) -> Json:
     return {"type": "object", "additionalProperties": value, **({"propertyNames": keys} if keys else {})}
 
 
-def words(*allowed: str) -> Leaf:
+def words(*allowed: str, passes: bool = True) -> Leaf:
     """One of a few words."""
-    json = any_of({"type": "string", "enum": list(allowed)}, PARAMETER_JSON)
-    return Leaf("one of " + ", ".join(allowed), form.word_of(*allowed), json)
+    word: Json = {"type": "string", "enum": list(allowed)}
+    json = any_of(word, PARAMETER_JSON) if passes else word
+    return Leaf("one of " + ", ".join(allowed), form.word_of(*allowed), json, passes)
 
 
 VECTOR_JSON: Final = any_of({"type": "string"}, list_of(NUMBER_JSON, minItems=3, maxItems=3))
@@ -82,6 +83,9 @@ Truth: TypeAlias = Annotated[
 Name: TypeAlias = Annotated[Text | None, Leaf("a name", form.is_name, NAME_JSON, passes=False)]
 Path: TypeAlias = Annotated[Text | None, Leaf("a name", form.is_path, PATH_JSON)]
 Names: TypeAlias = Annotated[Text | Sequence | None, Leaf("a list of names", form.is_names, NAMES_JSON)]
+Sides: TypeAlias = Annotated[
+    Sequence | None, Leaf("two names", form.is_names, list_of(PATH_JSON, minItems=2, maxItems=2), passes=False)
+]
 Members: TypeAlias = Annotated[Text | Sequence | None, Leaf("a list of names", form.is_members, MEMBERS_JSON)]
 Expression: TypeAlias = Annotated[
     Text | None, Leaf("an expression", form.text_of("an expression"), {"type": ["string", "number", "boolean"]})
@@ -123,9 +127,9 @@ Files: TypeAlias = Annotated[
 ]
 Anything: TypeAlias = Annotated[Node | None, Leaf("a value", form.is_anything, {}, passes=True)]
 Version: TypeAlias = Annotated[Text | None, Leaf("a version", form.text_of("a version"), {"const": 1}, passes=False)]
-LengthUnit: TypeAlias = Annotated[Text | None, words("um", "mm", "cm", "m", "in")]
-AngleUnit: TypeAlias = Annotated[Text | None, words("deg", "rad", "rev")]
-Plane: TypeAlias = Annotated[Text | None, words("x", "y", "z")]
-Direction: TypeAlias = Annotated[Text | None, words("x", "y", "z", "-x", "-y", "-z")]
+LengthUnit: TypeAlias = Annotated[Text | None, words("um", "mm", "cm", "m", "in", passes=False)]
+AngleUnit: TypeAlias = Annotated[Text | None, words("deg", "rad", "rev", passes=False)]
+Plane: TypeAlias = Annotated[Text | None, words("x", "y", "z", passes=False)]
+Direction: TypeAlias = Annotated[Text | None, words("x", "y", "z", "-x", "-y", "-z", passes=False)]
 JointType: TypeAlias = Annotated[Text | None, words("hinge", "slide")]
 Step: TypeAlias = Annotated[Text | None, words("adjacent", "single", "any")]

@@ -16,6 +16,7 @@ from gesturec.language.expressions import tree
 UNITS = {"deg": ("angle", math.pi / 180), "rad": ("angle", 1.0), "mm": ("length", 1e-3), "cm": ("length", 1e-2)}
 BARE = {"angle": math.pi / 180, "length": 1e-3, "pure": 1.0}
 FINGERS = ("index", "middle", "ring")
+GROUPS = {"fingers": FINGERS, "pair": ("index", "middle"), "one": ("index",)}
 
 
 class Undefined(Exception):
@@ -174,10 +175,24 @@ def call(name: str, arguments: list[Any]) -> Any:
     return kind, min(numbers) if name == "min" else max(numbers)
 
 
+def picked(node: tree.Fold) -> list[dict[str, str]]:
+    """Members for the variables: of those over one group each set of different members once, in the group's order."""
+    loops = [(loop.variable.text, loop.domain.text) for loop in node.loops]
+    every = itertools.product(*(GROUPS[group] for _, group in loops))
+    found = [dict(zip((variable for variable, _ in loops), members, strict=True)) for members in every]
+    return [
+        chosen
+        for chosen in found
+        if all(
+            GROUPS[group].index(chosen[one]) < GROUPS[group].index(chosen[other])
+            for (one, group), (other, same) in itertools.combinations(loops, 2)
+            if group == same
+        )
+    ]
+
+
 def fold(node: tree.Fold, leaves: Mapping[str, Any], members: Mapping[str, str]) -> Any:
-    variables = [loop.variable.text for loop in node.loops]
-    choices = [dict(zip(variables, picked, strict=True)) for picked in itertools.combinations(FINGERS, len(variables))]
-    parts = [Later(node.body, leaves, {**members, **chosen}) for chosen in choices]
+    parts = [Later(node.body, leaves, {**members, **chosen}) for chosen in picked(node)]
     name = node.function.text
     if name in ("all", "any"):
         return logic("and" if name == "all" else "or", parts)
@@ -187,7 +202,7 @@ def fold(node: tree.Fold, leaves: Mapping[str, Any], members: Mapping[str, str])
     if name == "count":
         return "pure", float(sum(found))
     if name == "sum":
-        total = found[0]
+        total = found[0] if found else ("bare", 0.0)
         for term in found[1:]:
             total = arithmetic("+", total, term)
         return total

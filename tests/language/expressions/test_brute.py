@@ -146,6 +146,7 @@ def folds() -> st.SearchStrategy[str]:
     return st.one_of(
         one.map(lambda t: f"all({t} for a in fingers)"),
         two.map(lambda t: f"any({t} for a in fingers for b in fingers)"),
+        two.map(lambda t: f"all({t} for a in pair for b in fingers)"),
         st.tuples(one, OPERATORS).map(lambda t: f"(count({t[0]} for a in fingers) {t[1]} 2)"),
         st.tuples(st.sampled_from(("sum", "min", "max")), angle, OPERATORS).map(
             lambda t: f"({t[0]}({t[1]} for a in fingers) {t[2]} 45)"
