@@ -16,15 +16,16 @@ import numpy as np
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.bodies import body_artifacts, run_of
-from gesturec.runtime.arrays import Array
+from gesturec.runtime.arrays import Array, Ids
 from gesturec.runtime.bindings import resolve_binding
-from gesturec.runtime.body import lay_out
+from gesturec.runtime.body import Body, lay_out
+from gesturec.runtime.coupling import Exclusive
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import Points
-from gesturec.runtime.machines import Shown
+from gesturec.runtime.machines import Heard, Shown, couple
 from gesturec.runtime.options import options_of
 from gesturec.runtime.record import make_record, make_step
-from gesturec.runtime.relations import relate
+from gesturec.runtime.relations import obey, relate
 from gesturec.runtime.session import Session
 from gesturec.runtime.status import STATUS_ID, gravest
 from gesturec.runtime.step import BodyPlaces, FrameRecord, Step
@@ -61,7 +62,7 @@ class BodiesSession(Session):
         self._tokens = [run_of(body, "tokens") for body in bodies]
         self._machines = [run_of(body, "machines") for body in bodies]
         owner = np.repeat(np.arange(len(bodies)), [body["machines"][1] for body in bodies])
-        self._spanning = [each for each in self.body.relations if len({owner[m] for m in each.machines}) > 1]
+        self._spanning = _spanning(self.body, owner)
         self._restart()
 
     def _take(self, points: Points, time: float) -> None:
@@ -73,8 +74,15 @@ class BodiesSession(Session):
         self.noise = float(np.sqrt(np.mean([part.noise**2 for part in self.parts])))
 
     def _settle(self) -> Step:
-        """Decide the oldest frame held back."""
-        return self._together([part._settle() for part in self.parts])
+        """Decide the oldest frame held back; what spans bodies is heard by each."""
+        before = [carried for part in self.parts for carried in part._carried]
+        told: list[Any] = [part._settle() for part in self.parts]
+        carried = [each for part in self.parts for each in part._carried]
+        decoders = [decoder for part in self.parts for decoder in part._decoders]
+        after, heard = couple(self._spanning, decoders, before, carried, told[0].shown.moment.dt)
+        for part, run in zip(self.parts, self._machines, strict=True):
+            part._carried = after[run]
+        return self._together(told, heard)
 
     def _settle_all(self) -> list[Step]:
         """Decide a whole take."""
@@ -86,9 +94,12 @@ class BodiesSession(Session):
             part._restart()
         self._memory, self._window = self.parts[0]._memory, self.parts[0]._window
 
-    def _together(self, told: Sequence[Any]) -> Step:
+    def _together(self, told: Sequence[Any], heard: Sequence[Heard] | None = None) -> Step:
         """One step of all bodies' decisions in a frame."""
-        decisions = relate(self._spanning, [decision for each in told for decision in each.decisions])
+        own = [decision for each in told for decision in each.decisions]
+        if heard is not None:
+            own = [obey(decision, each.step) for decision, each in zip(own, heard, strict=True)]
+        decisions = relate(self._spanning.relations, own)
         rows = [decisions[run] for run in self._machines]
         parts = [
             make_record(part.body, each.shown, row, self.up)
@@ -121,6 +132,20 @@ class BodiesSession(Session):
             body_poses={name: step.pose for name, step in zip(bodies, steps, strict=True)},
             body_scales={name: step.scale for name, step in zip(bodies, steps, strict=True)},
         )
+
+
+def _spanning(body: Body, owner: Ids) -> Body:
+    """A body with what spans bodies alone: relations, rules and what is exclusive, by the bodies of machines."""
+
+    def spans(machines: Sequence[int]) -> bool:
+        return len({int(owner[m]) for m in machines}) > 1
+
+    return replace(
+        body,
+        relations=tuple(each for each in body.relations if spans(each.machines)),
+        rules=tuple(each for each in body.rules if spans(each.machines)),
+        exclusive=Exclusive(one_of=body.exclusive.one_of if spans(body.exclusive.one_of) else ()),
+    )
 
 
 def _started(options: Mapping[str, Any], part: Artifact, whole: Artifact) -> dict[str, Any]:

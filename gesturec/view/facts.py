@@ -55,7 +55,9 @@ def _share_facts(decoding: Decoding) -> list[Fact]:
         facts.append((f"{_percent(decided.mean())} decided", "share of machines and frames with one state"))
         late = decided & (decoding.decided_frame > np.arange(len(decoding.state))[:, None])
         if late.any():
-            facts.append((f"{_percent(late.mean())} settled by later frames", "share of machines and frames, of the decided"))
+            facts.append(
+                (f"{_percent(late.mean())} settled by later frames", "share of machines and frames, of the decided")
+            )
     told = [why.status for frame in decoding.why for why in frame.values()]
     misfit = told.count("misfit") / len(told) if told else 0.0
     if misfit > 0:

@@ -136,7 +136,7 @@ def test_rules_go_through_a_file(ruled: Artifact, tmp_path: Path) -> None:
 
 
 def test_a_take_is_decoded_by_the_steps_of_the_file(ruled: Artifact) -> None:
-    path = ("both_flat", "left.steep", "right.steep")
+    path = ("both_flat", "right.steep", "left.steep")  # the right arm first, as the rule of both asks
     take = simulate(ruled, SimulateOptions(path=path, duration=1.6, noise=0.002, seed=3, apart=0.4))
     decoding = decode(ruled, take.recording, decoder="viterbi", lag=0.2, noise=0.002, scale=1.0)
     assert within_level(ruled, decoding.state, take.truth.state) >= 0.95
