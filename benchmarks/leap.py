@@ -51,7 +51,7 @@ STRENGTHS: Final = {
     "grab_right": ("grabStrength", tuple(FINGERS)),
     "pinch_right": ("pinchStrength", ("index", "thumb")),
 }
-PICTURES: Final = {"as it is": 1.0, "4:3": 4 / 3, "16:9": 16 / 9}  # width over height: landmarks are shares of each
+PICTURES: Final = {"1:1": 1.0, "4:3": 4 / 3, "16:9": 16 / 9}  # width over height: landmarks are shares of each
 HEAD: Final = f"{'take':26s} {'model':14s} decided deferred misfit   lost  equal  within1   size  root, mm"
 
 
