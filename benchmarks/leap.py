@@ -6,9 +6,13 @@ In: takes of a hand tracker (21 points, `hand_leap`), whose own points tell the 
 decoder is not told, and whose maker's estimates tell how strongly the hand grabs or pinches; and image landmarks
 whose depth is relative (`hand_kairess`). Out, for every take and model: finger-frames decided, deferred (no one state:
 alike, or not seen), misfit and lost; of the decided, pip level equal to and within one of the known bend; the size;
-Spearman's correlation of curl (pip, the whole finger) with the device's strength: of the points' own bends, of decoded
-levels, of posterior means. Models are the shipped hand, the other hand, and profiles fitted to this take (*) and
-to others.
+Spearman's correlation of curl with the device's strength: of the points' own bends, of decoded levels, of expected
+values. Models are the shipped hand, the other hand, and profiles fitted to this take (*) and to others, with the
+person's pace and with the usual one.
+
+Curl is one sum of bends, of the points' own and of the decoded alike. The maker's grab strength follows the angle
+between the four fingers and the hand's direction, which is all their bends, mcp + pip + dip; its pinch strength follows
+the way between thumb and index, which those two fingers' bends close: the index's three and the thumb's last two.
 """
 
 from __future__ import annotations
@@ -42,9 +46,13 @@ FITTED: Final = {
     "splay": ("HandSplay-110fps_right",),
     "grab+pinch": ("grab_right", "pinch_right"),
 }
-STRENGTHS: Final = {"grab_right": ("grabStrength", tuple(FINGERS)), "pinch_right": ("pinchStrength", ("index",))}
-PICTURES: Final = {"as it is": 1.0, "16:9": 16 / 9}  # width over height: landmarks are shares of each
-HEAD: Final = f"{'take':26s} {'model':11s} decided deferred misfit   lost  equal  within1   size  root, mm"
+MAKERS: Final = {**FINGERS, "thumb": "thumb"}
+STRENGTHS: Final = {
+    "grab_right": ("grabStrength", tuple(FINGERS)),
+    "pinch_right": ("pinchStrength", ("index", "thumb")),
+}
+PICTURES: Final = {"1:1": 1.0, "4:3": 4 / 3, "16:9": 16 / 9}  # width over height: landmarks are shares of each
+HEAD: Final = f"{'take':26s} {'model':14s} decided deferred misfit   lost  equal  within1   size  root, mm"
 
 
 def bend(take: Recording, finger: str, at: int) -> Array:
@@ -88,42 +96,53 @@ def spearman(first: Array, second: Array) -> float:
     return float(np.corrcoef(ranks(first[known]), ranks(second[known]))[0, 1])
 
 
-def expected_angles(artifact: Artifact, decoding: Decoding, joint: str) -> Array:
-    """Mean of a joint over the states that are still possible, by their probabilities, (n_frame,)."""
-    number = artifact.manifest.joints.index(joint)
-    for machine, tables in enumerate(artifact.machines()):
-        if number in tables.joints:
-            share = decoding.probability[:, artifact.states(machine)]
-            angle = tables.angle[:, list(tables.joints).index(number)]
-            with np.errstate(invalid="ignore"):
-                return np.asarray(share @ angle / share.sum(axis=1))
-    raise ValueError(f"no machine moves {joint}")
+def own_curl(take: Recording, fingers: Sequence[str]) -> Array:
+    """Bends of fingers of a right hand by the points alone, added up, (n_frame,), deg."""
+    total = np.zeros(len(take.time))
+    for finger in fingers:
+        total += bend(take, finger, 1) + bend(take, finger, 2)
+        if finger != "thumb":
+            total += knuckle_bend(take, finger)
+    return total
 
 
-def correlations(artifact: Artifact, decoding: Decoding, take: Recording, path: Path) -> str:
-    """With the device's strength: own bends, decoded levels, posterior means; of pip, and of mcp + pip + dip."""
+def knuckle_bend(take: Recording, finger: str) -> Array:
+    """Angle of a first phalanx to the palm's plane, deg, positive the way it grips."""
+    palm, index, little, base, end = (
+        take.points[:, take.names.index(name)]
+        for name in ("palm", "index_mcp", "pinky_mcp", f"{finger}_mcp", f"{finger}_pip")
+    )
+    ahead = (index + little) / 2 - palm
+    inside = np.cross(index - little, ahead)
+    ahead, inside = (each / np.linalg.norm(each, axis=1, keepdims=True) for each in (ahead, inside))
+    bone = end - base
+    return np.asarray(np.degrees(np.arctan2((bone * inside).sum(1), (bone * ahead).sum(1))))
+
+
+def decoded_curl(angles: Array, joints: Sequence[str], fingers: Sequence[str]) -> Array:
+    """The same of joint values (n_frame, n_joint), rad."""
+    bent = [f"thumb.{j}" for j in ("mcp", "ip")] if "thumb" in fingers else []
+    bent += [f"{finger}.{j}" for finger in fingers if finger != "thumb" for j in ("mcp", "pip", "dip")]
+    return np.asarray(np.degrees(angles[:, [joints.index(name) for name in bent]]).sum(1))
+
+
+def correlations(decoding: Decoding, take: Recording, path: Path) -> str:
+    """With the device's strength: curl of own bends, of decoded levels, of expected values."""
     name, fingers = STRENGTHS[path.stem]
     with np.load(path) as file:
         strength = file["scores"][:, [str(n) for n in file["score_names"]].index(name)].astype(float)
     strength = strength[:: -(-len(strength) // len(take.time))]
-    told = []
-    for own_joints, weights in (((1,), {"pip": 1}), ((0, 1, 2), {"mcp": 1, "pip": 2})):  # dip follows pip
-        own = sum(bend(take, FINGERS[finger], at) for finger in fingers for at in own_joints)
-        levels, means = np.zeros(len(take.time)), np.zeros(len(take.time))
-        for finger in fingers:
-            for joint, weight in weights.items():
-                column = artifact.manifest.joints.index(f"{finger}.{joint}")
-                levels += weight * decoding.joint_angle[:, column]
-                means += weight * expected_angles(artifact, decoding, f"{finger}.{joint}")
-        told.append(" / ".join(f"{spearman(np.asarray(curl), strength):.3f}" for curl in (own, levels, means)))
-    return "   ".join(told)
+    joints = decoding.manifest.joints
+    curls = [own_curl(take, [MAKERS[finger] for finger in fingers])]
+    curls += [decoded_curl(angles, joints, fingers) for angles in (decoding.joint_angle, decoding.joint_mean)]
+    return " / ".join(f"{spearman(curl, strength):.3f}" for curl in curls)
 
 
 def row(artifact: Artifact, take: Recording, path: Path, model: str, options: dict[str, Any]) -> str:
     """One line of the table."""
     decoding = decode(artifact, take, **options)
     became = shares(decoding)
-    line = f"{path.stem:26s} {model:11s}" + "".join(
+    line = f"{path.stem:26s} {model:14s}" + "".join(
         f" {became[key]:{width}.1f}" for key, width in (("decided", 7), ("deferred", 8), ("misfit", 6), ("lost", 6))
     )
     if "palm" in take.names:
@@ -133,7 +152,7 @@ def row(artifact: Artifact, take: Recording, path: Path, model: str, options: di
         line += f" {'':6s} {'':8s}"
     line += f" {np.nanmedian(decoding.scale):6.3f} {1e3 * np.nanmedian(decoding.root_residual):9.2f}"
     if path.stem in STRENGTHS and decoding.report["misfit_frames"] < len(take.time) / 2:
-        line += "   " + correlations(artifact, decoding, take, path)
+        line += "   " + correlations(decoding, take, path)
     print(line, flush=True)
     return line
 
@@ -167,7 +186,7 @@ def leap_rows(
     fits = {name: fit_profile(models["right"], [takes[stem] for stem in FITTED[name]]) for name in names}
     lines = ["fits", *(fit_row(name, fit) for name, fit in fits.items())]
     lines += [f"{stem:26s} index, points' own: {bones(takes[stem])} mm" for stem in RIGHT]
-    head = HEAD + "   own / levels / means: pip; whole finger"
+    head = HEAD + "   curl of own bends / levels / means"
     lines += ["", head]
     print("\n".join(lines), flush=True)
     for stem in RIGHT:
@@ -177,6 +196,8 @@ def leap_rows(
         for name, fit in fits.items():
             model = name + ("*" if stem in FITTED[name] else "")
             lines.append(row(with_profile(models["right"], fit.profile), takes[stem], path, model, options))
+            usual = with_profile(models["right"], replace(fit.profile, motion={}))
+            lines.append(row(usual, takes[stem], path, f"{model}, usual", options))
     stem = "flapping_left"
     own = with_profile(models["left"], fit_profile(models["left"], [takes[stem]]).profile)
     for model, artifact in (("shipped", models["left"]), ("other hand", models["right"]), ("itself*", own)):
@@ -184,16 +205,19 @@ def leap_rows(
     return lines
 
 
-def picture_rows(models: Mapping[str, Artifact], folder: Path, options: dict[str, Any]) -> list[str]:
+def picture_rows(
+    models: Mapping[str, Artifact], folder: Path, frames: int | None, options: dict[str, Any]
+) -> list[str]:
     """Image landmarks with relative depth, both hands, at each shape of picture."""
     lines = []
     for path in sorted(folder.glob("*.npz")):
         take = read(str(path))
+        take = replace(take, time=take.time[:frames], points=take.points[:frames])
         for shape, aspect in PICTURES.items():
             stretched = replace(take, points=take.points * [aspect, 1, aspect])
             for side in ("left", "right"):
                 name = f"{side}, {shape}"
-                lines.append(row(models[side], stretched, path, name[:11].strip(), options))
+                lines.append(row(models[side], stretched, path, name[:14].strip(), options))
     return lines or [f"no takes at {folder.name}"]
 
 
@@ -205,6 +229,9 @@ def main() -> None:
     parser.add_argument("--lag", default="0.08")
     parser.add_argument("--profiles", default="grab,pinch,splay", help=f"which fits: {', '.join(FITTED)}")
     parser.add_argument("--every", type=int, default=1, help="take every n-th frame of the tracker's takes")
+    parser.add_argument(
+        "--pictures", type=int, default=None, help="frames of each take of image landmarks (default: all)"
+    )
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     options = {"decoder": given.decoder, "lag": given.lag if given.lag == "offline" else float(given.lag)}
@@ -216,7 +243,7 @@ def main() -> None:
     lines += leap_rows(models, given.data, given.profiles.split(","), given.every, options)
     print("image landmarks", flush=True)
     lines += ["", "image landmarks with relative depth (hand, shape of the picture)", HEAD]
-    lines += picture_rows(models, given.data.parent / "hand_kairess", options)
+    lines += picture_rows(models, given.data.parent / "hand_kairess", given.pictures, options)
     if given.out:
         given.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 

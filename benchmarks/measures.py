@@ -42,7 +42,7 @@ def score(decoding: Decoding, stream: Any, trial: int) -> dict[str, float]:
         "size": float(size.mean()),
         **by_gap(cover, hidden),
         **pose_errors(decoding.pose_rotation, decoding.pose_translation, stream, trial),
-        "scale_1s": 100 * abs(float(scale[SECOND]) - 1),
+        "scale_1s": 100 * abs(float(scale[SECOND]) - 1) if len(scale) > SECOND else float("nan"),
         "scale_off": 100 * abs(_median(scale[SECOND:]) - 1),
     }
 

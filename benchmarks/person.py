@@ -4,14 +4,15 @@
 
 In: simulated streams of `paper_hand`, each trial another person (`_bones05`: other phalanges; `_scale085`, `_scale115`:
 another size), seen by fingertips, two points of the thumb and four of the palm. Each trial's first half is fitted,
-with the covariances of its points; its second half is decoded with the model and with the profile, size estimated
-in both. Out: exact shares of finger-frames, pose, how far the fitted size is off, and how often held-out frames spoke
-for the profile.
+with the covariances of its points; its second half is decoded with the model, with the profile, and with the profile
+but for the person's pace (usual), size estimated in all. Out: exact shares of finger-frames, pose, how far the fitted
+size is off, and how often held-out frames spoke for the profile.
 """
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -45,10 +46,12 @@ def trial(model: Path, data: Path, name: str, number: int) -> dict[str, float]:
     person, held = with_profile(hand, fit.profile), fit.profile.held_out
     rest = {key: array[:, middle:] if key in BY_FRAME else array for key, array in stream.items()}
     take = half(take, slice(middle, None))
-    without, with_it = (score(decode(each, take, lag=LAG), rest, number) for each in (hand, person))
+    usual = with_profile(hand, replace(fit.profile, motion={}))
+    without, with_it, unpaced = (score(decode(each, take, lag=LAG), rest, number) for each in (hand, person, usual))
     return {
         "exact_model": without["exact"],
         "exact_profile": with_it["exact"],
+        "exact_usual": unpaced["exact"],
         "deg_model": without["pose_deg"],
         "deg_profile": with_it["pose_deg"],
         "size_off_percent": 100 * abs(fit.profile.scale / float(stream["scale"]) - 1),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from argparse import ArgumentTypeError, Namespace
@@ -11,7 +12,7 @@ from gesturec.artifact.units import METRES
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 QUANTITY: Final = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-z]*)\s*")
-
+SIDE: Final = re.compile(r"\s*(?:\d{1,9}(?:\.\d{0,9})?|\.\d{1,9})\s*")
 
 MOST_NOISE: Final = 0.1  # m: a camera that is off by more cannot see a body's parts; the unit was forgotten
 
@@ -38,6 +39,19 @@ def length(text: str) -> float:
     0.003
     """
     return _quantity(text, METRES, "m", "a length like `2mm`")
+
+
+def ratio(text: str) -> float:
+    """`16:9` as a number.
+
+    >>> ratio("4:2")
+    2.0
+    """
+    parts = [SIDE.fullmatch(part) for part in text.split(":")]
+    values = [float(part[0]) for part in parts if part]
+    if len(parts) != 2 or len(values) != 2 or not (0 < values[0] < math.inf and 0 < values[1] < math.inf):
+        raise ArgumentTypeError(f"`{text}` is not a width and a height like `16:9`")
+    return values[0] / values[1]
 
 
 def duration(text: str) -> float:

@@ -163,6 +163,12 @@ def with_profile(artifact: Artifact, profile: Profile) -> Artifact:
         array.flags.writeable = False
     motion = {name: {"hold": m.hold, "move": m.move, "crossing": m.crossing} for name, m in profile.motion.items()}
     told = {"name": profile.name, "scale": size, "noise": profile.noise, "motion": motion}
+    # the model's own noise was given, the profile's was measured in other takes: the runtime trusts them differently
+    told["noise_of"] = [
+        name
+        for name, was, now in zip(manifest.tokens, columns["token_noise"], changed["token_noise"], strict=True)
+        if np.isnan(was) and np.isfinite(now)
+    ]
     return Artifact(replace(baked.manifest, profile=told), changed)
 
 

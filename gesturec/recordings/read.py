@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from gesturec.artifact.units import METRES
 from gesturec.diagnostics.errors import InputError
@@ -47,11 +50,12 @@ def read(
     *,
     rig: str | Path | None = None,
     noise_px: float | None = None,
+    aspect: float | None = None,
     max_values: int = DEFAULT_MAX_VALUES,
     max_points: int = DEFAULT_MAX_POINTS,
     max_line: int = DEFAULT_MAX_LINE,
 ) -> Recording:
-    """Read a recording; see `ReadOptions` for the options.
+    """Read a recording; see `ReadOptions` for the options, and `unstretched` for `aspect`.
 
     Raises
     ------
@@ -63,12 +67,32 @@ def read(
     if units is not None and metres_per(units) is None:
         raise InputError(f"`{units}` is not a unit of length (one of {', '.join(METRES)})", path)
     options = ReadOptions(units, rig, noise_px, max_values, max_points, max_line)
-    if str(path) == "-":
-        return _read_stdin(options)
     try:
-        return _reader(Path(path))(Path(path), options)
+        recording = _read_stdin(options) if str(path) == "-" else _reader(Path(path))(Path(path), options)
     except OSError as error:
         raise InputError(error.strerror or str(error), path) from error
+    return recording if aspect is None else unstretched(recording, aspect, path)
+
+
+def unstretched(recording: Recording, aspect: float, path: str | Path) -> Recording:
+    """Landmarks that are shares of a picture's width and height, with x and the depth z in the unit of y.
+
+    Finders of landmarks give a relative depth at about the scale of x (MediaPipe's documentation), so it goes along.
+    """
+    if Path(path).is_dir() or Path(path).suffix.lower() == ".trc":
+        raise InputError(
+            "`--aspect` is for shares of a picture's width and height, and this has units of its own", path
+        )
+    if not 0 < aspect < np.inf:
+        raise InputError(f"a picture's width over height must be a positive number, not `{aspect}`", path)
+    factor = np.array([aspect, 1.0, aspect])
+    covariance = recording.covariance
+    return replace(
+        recording,
+        points=recording.points * factor,
+        covariance=None if covariance is None else covariance * np.outer(factor, factor),
+        notes=(*recording.notes, f"x and z were multiplied by the picture's width over height, {aspect:.4g}"),
+    )
 
 
 def _reader(path: Path) -> Reader:

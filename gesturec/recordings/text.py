@@ -90,7 +90,8 @@ def length_scale(stated: str | None, told: str | None, path: str, notes: list[st
         if foreign:
             notes.append(
                 f"the file's unit, `{stated}`, is no length; taken as metres: the size says nothing, and where axes "
-                "have scales of their own (shares of a picture's width and height, relative depth) angles are skewed"
+                "have scales of their own (shares of a picture's width and height, relative depth) angles are skewed "
+                "(--aspect W:H mends the shares)"
             )
             return 1.0
         known = ", ".join(METRES)

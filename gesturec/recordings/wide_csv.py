@@ -134,8 +134,7 @@ def _layout(header: Sequence[str], path: str, row: int, axes: tuple[str, ...]) -
             raise InputError(f"the column `{name}` stands twice", path, row)
         seen[name] = number
     if "time" not in seen:
-        hint = "; separate columns by commas" if len(columns) == 1 and any(c in columns[0] for c in ";\t") else ""
-        raise InputError(f"the header has no column `time`{hint}", path, row)
+        raise InputError(f"the header has no column `time`{_hint(columns, axes)}", path, row)
     points: dict[str, set[str]] = {}
     ignored = []
     for name in columns:
@@ -150,6 +149,16 @@ def _layout(header: Sequence[str], path: str, row: int, axes: tuple[str, ...]) -
     _check_points(points, path, row, axes)
     places = [seen[f"{name}.{axis}"] for name in points for axis in axes]
     return Layout(tuple(points), len(columns), (seen["time"], *places), tuple(ignored))
+
+
+def _hint(columns: Sequence[str], axes: tuple[str, ...]) -> str:
+    """What a table without times may be instead."""
+    if len(columns) == 1 and any(c in columns[0] for c in ";\t"):
+        return "; separate columns by commas"
+    wide = f"`time, {', '.join(f'token.{a}' for a in axes)}, ...`"
+    if all(axis in columns for axis in axes):
+        return f"; this table has a row a point: write a row a frame, {wide}"
+    return f"; a recording has a row a frame, {wide}, still pictures too, one time each"
 
 
 def _check_points(points: dict[str, set[str]], path: str, row: int, axes: tuple[str, ...]) -> None:

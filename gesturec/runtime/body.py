@@ -12,6 +12,7 @@ from gesturec.artifact.kinematics import COUPLED, Chain, chain_of, complete_angl
 from gesturec.runtime.coupling import Exclusive, exclusive_of
 from gesturec.runtime.emission import levers
 from gesturec.runtime.hanging import Route, make_route
+from gesturec.runtime.noise import OwnNoise, own_noise
 from gesturec.runtime.reach import Graph, machine_graph
 from gesturec.runtime.relations import Relation, relations_of
 from gesturec.runtime.rules import StepRule, rules_of
@@ -44,7 +45,7 @@ class Body:
     levers: tuple[Array, ...]
     state_start: NDArray[np.int64]
     middle: Array
-    own_noise: Array  # (n_token,) m; NaN: the session's
+    own_noise: OwnNoise
     routes: tuple[Route | None, ...]  # one a machine: the limbs that it hangs from; None: the root
     relations: tuple[Relation, ...]
     exclusive: Exclusive
@@ -102,7 +103,7 @@ def lay_out(artifact: Artifact, period: float) -> Body:
         reaches,
         start.astype(np.int64),
         middle,
-        columns["token_noise"],
+        own_noise(columns["token_noise"], artifact.manifest.tokens, artifact.manifest.profile),
         tuple(make_route(artifact, chain, tables) for tables in machines),
         relations_of(artifact),
         exclusive_of(artifact),

@@ -1,16 +1,18 @@
 """How noisy the points are, and how much this person's body differs from the model's.
 
-Given: a standard deviation (`noise`), or each point's covariance. Else estimated: of white noise, the
-second difference of a token in three frames has six times the covariance, and a body's own motion hardly
-shows in it, so a running, outlier-proof mean of its outer product tells the noise with its directions
+Given: a token's own standard deviation in the model, each point's covariance in the recording, or one for
+all (`noise`), in this order. Else what a person's profile measured in other takes; else estimated: of white
+noise, the second difference of a token in three frames has six times the covariance, and a body's own motion
+hardly shows in it, so a running, outlier-proof mean of its outer product tells the noise with its directions
 (depth noise of a stereo pair is several times the lateral one). What the root's residuals have beyond
 that noise is shape: the difference of this body's proportions from the model's.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +26,21 @@ PRIOR_SHAPE_WEIGHT: Final = 2.0  # frames
 SHAPE_MEMORY: Final = 300.0  # frames
 OUTLIER: Final = 16.0  # times the running variance beyond which a sample is left out
 FLOOR: Final = 5e-5  # m; no noise is smaller: keeps covariances well conditioned
+
+
+class OwnNoise(NamedTuple):
+    """Standard deviations that tokens have of their own, (n_token,), m; NaN: none."""
+
+    model: Array  # what the author gave
+    fitted: Array  # what a person's profile filled in
+
+
+def own_noise(deviation: Array, tokens: Sequence[str], profile: Mapping[str, Any]) -> OwnNoise:
+    """Part the deviations (n_token,) of a compiled file by whether its profile says that they are the profile's."""
+    said = profile.get("noise_of")
+    names = said if isinstance(said, list | tuple) else ()
+    fitted = np.array([token in names for token in tokens], dtype=bool)
+    return OwnNoise(np.where(fitted, np.nan, deviation), np.where(fitted, deviation, np.nan))
 
 
 @dataclass(frozen=True)
@@ -43,15 +60,22 @@ class Noise:
         """Variance by which this body's proportions differ from the model's, m^2 an axis."""
         return max(self.shape_mean, 0.0)
 
-    def of_tokens(self, own: Array, covariance: Array | None) -> Array:
-        """Covariance (n_token, 3, 3) of each token: its own, else the recording's, else the session's."""
-        result = np.broadcast_to(self.covariance, (len(own), 3, 3)).copy()
+    def of_tokens(self, own: OwnNoise, covariance: Array | None) -> Array:
+        """Covariance (n_token, 3, 3): the model's, else the recording's, the given, the profile's, the session's."""
+        result = np.broadcast_to(self.covariance, (len(own.model), 3, 3)).copy()
+        if self.given is None:
+            _put_deviations(result, own.fitted)
         if covariance is not None:
             told = np.isfinite(covariance).all((1, 2))
             result[told] = covariance[told] + FLOOR**2 * np.eye(3)
-        known = np.isfinite(own)
-        result[known] = (own[known] ** 2)[:, None, None] * np.eye(3)
+        _put_deviations(result, own.model)
         return result
+
+
+def _put_deviations(covariance: Array, deviation: Array) -> None:
+    """Write what is the same along all axes where it is known, (n_token, 3, 3) and (n_token,)."""
+    known = np.isfinite(deviation)
+    covariance[known] = (deviation[known] ** 2)[:, None, None] * np.eye(3)
 
 
 def start_noise(given: float | None, n_token: int) -> Noise:
