@@ -188,8 +188,9 @@ def main() -> None:
     first, _, last = given.trials.partition("-")
     trials = range(int(first), int(last or first) + 1)
     lines = [
+        f"lag 2, noise and size told; trials {given.trials}",
         f"{'file':16s} {'fault':20s} {'before':>7s} {'after':>7s} {'points':>7s} {'pose mm':>8s} "
-        f"{'median':>8s} {'most':>5s} back within {WITHIN} frames"
+        f"{'median':>8s} {'most':>5s} back within {WITHIN} frames",
     ]
     with TemporaryDirectory() as folder:
         model = given.model or compiled_hand(Path(folder))
