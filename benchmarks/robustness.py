@@ -18,7 +18,8 @@ from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from accuracy import FINGERS, RATE, Job, artifact, compiled_hand, options_of, recording_of, score
+from accuracy import Job, artifact, compiled_hand, options_of, recording_of
+from measures import FINGERS, RATE, score
 from numpy.typing import NDArray
 
 from gesturec.runtime.decode import decode
@@ -132,7 +133,7 @@ FAULTS: Final[dict[str, Callable[[Any, np.random.Generator], Fault]]] = {
 
 def kept(decoding: Decoding, rows: NDArray[np.int64]) -> Any:
     """What a decoding says of the take's own frames."""
-    fields = ("state", "probability", "pose_rotation", "pose_translation", "scale")
+    fields = ("state", "probability", "decided_frame", "pose_rotation", "pose_translation", "scale")
     return SimpleNamespace(manifest=decoding.manifest, **{field: getattr(decoding, field)[rows] for field in fields})
 
 
@@ -187,8 +188,9 @@ def main() -> None:
     first, _, last = given.trials.partition("-")
     trials = range(int(first), int(last or first) + 1)
     lines = [
+        f"lag 2, noise and size told; trials {given.trials}",
         f"{'file':16s} {'fault':20s} {'before':>7s} {'after':>7s} {'points':>7s} {'pose mm':>8s} "
-        f"{'median':>8s} {'most':>5s} back within {WITHIN} frames"
+        f"{'median':>8s} {'most':>5s} back within {WITHIN} frames",
     ]
     with TemporaryDirectory() as folder:
         model = given.model or compiled_hand(Path(folder))

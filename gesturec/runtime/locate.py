@@ -36,7 +36,7 @@ from gesturec.runtime.pose_filter import (
     select,
 )
 from gesturec.runtime.pose_smoother import smooth_step
-from gesturec.runtime.rigid import Consensus, RigidFit, consensus
+from gesturec.runtime.rigid import SAME, Consensus, RigidFit, consensus, with_mirrors
 from gesturec.runtime.rotations import exponential, logarithm
 
 UNLIKELY: Final = 12.0  # log likelihood by which a hypothesis must be behind to be dropped
@@ -177,10 +177,16 @@ def _begin(pose: PoseFilter, last: Located, root: Root, size: SizeBelief) -> Loc
     agreed = _consensus(pose, root, size)
     if agreed is None:
         return NOWHERE._replace(seen=count, size=last.size)
+    used = root.seen.copy()
+    used[root.seen] = agreed.used
+    fits = with_mirrors(
+        pose.tokens[used], root.measured[used], root.total[used], size.log_scale, size.deviation, agreed.fits
+    )
+    agreed = agreed._replace(fits=fits)
     inflation = np.ones(len(agreed.fits))
     if not agreed.agrees:  # proportions unlike the model's
         freedom = 3 * int(agreed.used.sum()) - 6
-        inflation = np.array([max(1.0, fit.cost / freedom) for fit in agreed.fits])
+        inflation *= max(1.0, min(fit.cost for fit in agreed.fits) / freedom)
     likelihood = _likelihoods(agreed.fits, inflation, size)
     return _started(pose, agreed, root, inflation, likelihood)
 
@@ -257,11 +263,13 @@ def best_hypothesis(state: PoseState) -> int:
 
 
 def settled_hypothesis(state: PoseState) -> int | None:
-    """The likeliest, once all others are unlikely; None while there is doubt, or only one."""
+    """The likeliest, once all others are unlikely or have come to the same; None while there is doubt, or only one."""
     if len(state.log_likelihood) == 1:
         return None
     best = best_hypothesis(state)
-    behind = state.log_likelihood[best] - np.delete(state.log_likelihood, best).max()
+    turns = np.linalg.norm(logarithm(state.rotation @ state.rotation[best].T), axis=1)
+    rivals = state.log_likelihood[turns > SAME]
+    behind = state.log_likelihood[best] - rivals.max(initial=-np.inf)
     return best if behind > UNLIKELY else None
 
 

@@ -111,6 +111,24 @@ def all_fits(
     return fits
 
 
+def with_mirrors(
+    body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float, fits: list[RigidFit]
+) -> list[RigidFit]:
+    """All fits, and the mirror image of the best where it leads to no fit of its own, as it is.
+
+    One noisy frame may have a single basin where the mean of several has two: a filter that starts in the wrong one
+    would stay there for as long as the body keeps still.
+    """
+    best = min(fits, key=lambda fit: fit.cost)
+    weight, prior = np.asarray(np.linalg.inv(covariance), dtype=float), _prior(scale_deviation)
+    images = [
+        _fit_at(body, measured, weight, image, best.log_scale, log_scale, prior)
+        for image in mirrored(np.exp(best.log_scale) * body, measured, covariance, best.rotation)
+    ]
+    apart = [all(turn_between(image.rotation, fit.rotation) > SAME for fit in fits) for image in images]
+    return [*fits, *(image for image, is_apart in zip(images, apart, strict=True) if is_apart)]
+
+
 def turn_between(a: Array, b: Array) -> float:
     """Angle between two rotations, rad."""
     return float(np.linalg.norm(logarithm(a @ b.T)))
@@ -214,8 +232,7 @@ def _gauss_newton(
     rotation, translation = start
     believed = log_scale
     size = max(float(np.abs(body - body.mean(0)).max()), 1e-9)
-    free = 7 if scale_deviation > 0 else 6
-    prior = 1 / scale_deviation**2 if free == 7 else 0.0
+    free, prior = 7 if scale_deviation > 0 else 6, _prior(scale_deviation)
     for _ in range(ITERATIONS):
         information, gradient = _normal_equations(body, measured, weight, rotation, translation, log_scale)
         information[6, 6] += prior
@@ -227,14 +244,33 @@ def _gauss_newton(
         log_scale += float(step[6])
         if np.abs(step[[0, 1, 2, 6]]).max() < CONVERGED and np.abs(step[3:6]).max() < CONVERGED * size:
             break
-    predicted, jacobian = observe(body, rotation, translation, log_scale)
+    return _fit_at(body, measured, weight, (rotation, translation), log_scale, believed, prior)
+
+
+def _prior(scale_deviation: float) -> float:
+    """Information on the log scale before the points; 0 where it is fixed."""
+    return 1 / scale_deviation**2 if scale_deviation > 0 else 0.0
+
+
+def _fit_at(
+    body: Array,
+    measured: Array,
+    weight: Array,
+    pose: tuple[Array, Array],
+    log_scale: float,
+    believed: float,
+    prior: float,
+) -> RigidFit:
+    """What a pose and size are worth, with the size that was believed before."""
+    predicted, jacobian = observe(body, *pose, log_scale)
     residual = measured - predicted
+    free = 7 if prior > 0 else 6
     information = np.einsum("nia,nij,njb->ab", jacobian, weight, jacobian)
     information[6, 6] += prior
     covariance = np.zeros((7, 7))
     covariance[:free, :free] = symmetric(np.linalg.inv(information[:free, :free]))
     cost = float(np.einsum("ni,nij,nj->", residual, weight, residual)) + prior * (log_scale - believed) ** 2
-    return RigidFit(rotation, translation, log_scale, covariance, cost, residual)
+    return RigidFit(*pose, log_scale, covariance, cost, residual)
 
 
 def _normal_equations(

@@ -35,7 +35,8 @@ from gesturec.runtime.survivors import Belief, settled_after
 Array = NDArray[np.float64]
 MISFIT_PROBABILITY: Final = 0.999
 DOUBT_PROBABILITY: Final = 0.99  # quantile of a limb's own fit beyond which some token may be an outlier
-MISFIT_MEMORY: Final = 0.9  # weight of the past in the running share of misfits, per seen frame
+MISFIT_MEMORY: Final = 10.0  # seen frames that the running share of misfits is taken over
+MISFIT_PRIOR: Final = 2.0  # seen frames without one that are believed before the first: two outliers are no verdict
 MISFIT_SHARE: Final = 0.5  # of recent frames: beyond it a limb is not this model's; below it has outliers
 PATIENCE: Final = 1.0  # s unseen after which a machine may count as lost; 19 of 20 hidden bursts are shorter
 FORGOTTEN: Final = 0.25  # probability of the best state below which what was believed is forgotten
@@ -47,7 +48,8 @@ class Carried(NamedTuple):
     """What a machine carries from one decided frame to the next."""
 
     belief: Belief | None  # None before the first frame
-    misfit: float  # running share of misfits
+    misfit: float  # running share of misfits,
+    counted: float  # and frames that it is taken over
     unseen: float  # s since some token was seen; infinite where none ever was
 
 
@@ -92,7 +94,7 @@ class WindowDecoder:
 
     def start(self) -> Carried:
         """Nothing known."""
-        return Carried(None, 0.0, math.inf)
+        return Carried(None, 0.0, MISFIT_PRIOR, math.inf)
 
     def likelihood(self, evidence: Evidence) -> Fit:
         """What a frame's tokens say of every cell, and how well they fit the best."""
@@ -275,14 +277,12 @@ class WindowDecoder:
         self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int
     ) -> tuple[Carried, Decision]:
         """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
-        first = math.isinf(carried.unseen)
         unseen = 0.0 if now.evidence is not None else carried.unseen + now.dt
-        square, limit, misfit = now.misfit, math.nan, carried.misfit
+        square, limit, misfit, counted = now.misfit, math.nan, carried.misfit, carried.counted
         if now.evidence is not None:
             limit = chi_square_quantile(MISFIT_PROBABILITY, 3 * len(now.evidence.position))
-            misfit = (
-                float(square > limit) if first else MISFIT_MEMORY * misfit + (1 - MISFIT_MEMORY) * float(square > limit)
-            )
+            counted = min(counted + 1, MISFIT_MEMORY)
+            misfit += (float(square > limit) - misfit) / counted
         state, candidates = most_probable(final.state), credible_set(final.state)
         status = self._status(now, misfit, unseen, final.state)
         decided = status in ("ok", "partial", "coasting")
@@ -298,7 +298,7 @@ class WindowDecoder:
             delay,
             final.mean,
         )
-        return Carried(belief, misfit, unseen), decision
+        return Carried(belief, misfit, counted, unseen), decision
 
     def _status(self, now: Sight, misfit: float, unseen: float, posterior: Array) -> str:
         if now.evidence is None:

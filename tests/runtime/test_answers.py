@@ -53,6 +53,30 @@ def test_one_limb_that_fits_nothing_is_told_as_that() -> None:
     assert (decoding.state[10:, :4] >= 0).all()
 
 
+def test_outliers_in_the_first_frames_are_no_verdict_on_the_limb() -> None:
+    model = gesturec.load("hand")
+    take = simulate(model.artifact, SimulateOptions(("flat", "fist"), noise=0.001, seed=4)).recording
+    tips = [take.names.index(f"{finger}.tip") for finger in ("index", "middle", "ring", "little")]
+    points = take.points.copy()
+    points[:2, tips] += 0.2
+    for decoder in ("forward", "viterbi"):
+        clean = gesturec.decode(model, take, noise=0.001, decoder=decoder, lag=0.08)
+        hit = gesturec.decode(model, replace(take, points=points), noise=0.001, decoder=decoder, lag=0.08)
+        np.testing.assert_array_equal(hit.state[:, :4], clean.state[:, :4])
+        assert (clean.state[:, :4] >= 0).all()
+
+
+def test_a_limb_that_never_fits_is_told_so_from_the_third_frame() -> None:
+    model = gesturec.load("hand")
+    take = simulate(model.artifact, SimulateOptions(("flat",), noise=0.001, seed=4)).recording
+    points = take.points.copy()
+    points[:, [n for n, name in enumerate(take.names) if name.startswith("index.")]] += 0.3
+    decoding = gesturec.decode(model, replace(take, points=points), noise=0.001)
+    index = model.artifact.manifest.machines.index("index")
+    assert [why["index"].status for why in decoding.why[2:]] == ["misfit"] * (len(decoding.time) - 2)
+    assert (decoding.state[2:, index] == -1).all()
+
+
 def test_a_limb_that_is_hidden_for_long_is_lost_and_found_again() -> None:
     model = gesturec.load("hand")
     take = simulate(model.artifact, SimulateOptions(("flat", "flat"), duration=12, noise=0.001, seed=4)).recording

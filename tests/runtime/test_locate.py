@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from gesturec.artifact.artifact import Artifact
-from gesturec.runtime.locate import look_back
-from gesturec.runtime.rigid import all_fits, consensus, mirrored
+from gesturec.runtime.locate import look_back, settled_hypothesis
+from gesturec.runtime.pose_filter import PoseFilter
+from gesturec.runtime.rigid import SAME, all_fits, consensus, mirrored, turn_between, with_mirrors
 from gesturec.runtime.rotations import exponential, logarithm
 from gesturec.runtime.session import Session
 from gesturec.runtime.step import Step
@@ -122,6 +123,40 @@ def test_the_mirror_image_of_every_fit_leads_to_a_fit() -> None:
         near.append(min(float(np.linalg.norm(logarithm(fit.rotation @ turn.T))) for fit in fits))
     # one frame at 10 px knows a tilt to some 15 degrees; three of those
     assert np.mean(np.array(near) < np.radians(45)) > 0.9
+
+
+def test_a_start_from_a_frame_with_a_single_basin_does_not_stay_mirrored(hand: Artifact) -> None:
+    """Four tokens with a depth noise of half the palm: in some first frames the wrong tilt is the only minimum."""
+    palm, deep = np.array([[0, 0, 0.024], [0, 0, -0.024], [0.088, 0, 0.026], [0.076, 0, -0.034]]), np.diag([1, 1, 5.0])
+    noise, turn = 0.006 * deep, exponential(np.array([1.2, 0.3, 0.2]))
+    covariance = np.tile(noise**2, (len(palm), 1, 1))
+    rng = np.random.default_rng(2)
+    single = 0
+    for _ in range(300):
+        first = palm @ turn.T + rng.standard_normal(palm.shape) @ noise
+        fits = all_fits(palm, first, covariance, 0.0, 0.0)
+        if len(fits) > 1 or turn_between(fits[0].rotation, turn) < np.radians(45):
+            continue
+        single += 1
+        both = with_mirrors(palm, first, covariance, 0.0, 0.0, fits)
+        assert min(turn_between(fit.rotation, turn) for fit in both) < np.radians(30)
+        assert both[0].cost < both[1].cost
+    assert single > 3
+
+
+def test_hypotheses_that_have_come_to_the_same_are_one() -> None:
+    pose = PoseFilter(np.array([[0, 0, 0.024], [0, 0, -0.024], [0.088, 0, 0.026], [0.076, 0, -0.034]]), False)
+
+    def state_of(apart: float, behind: float) -> int | None:
+        turns = np.array([np.eye(3), exponential(np.array([apart, 0.0, 0.0]))])
+        likelihood = np.array([-behind, 0.0])
+        return settled_hypothesis(
+            pose.start(turns, np.zeros((2, 3)), np.zeros(2), np.tile(np.eye(7), (2, 1, 1)), likelihood)
+        )
+
+    assert state_of(0.5 * SAME, 1.0) == 1
+    assert state_of(2 * SAME, 1.0) is None
+    assert state_of(2 * SAME, 100.0) == 1
 
 
 # the origin is 0.18 m from the tips, and the index and the thumb bend meanwhile: 10 degrees of doubt are 0.03 m;
