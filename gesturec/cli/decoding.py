@@ -31,6 +31,8 @@ MOST_NAMES: Final = 8
 
 STATES, EVENTS, TRACKS = ".states.csv", ".events.csv", ".tracks.csv"
 
+ODD_SIZE: Final = 5.0  # times the model's, or a fifth of it: no person's, but a unit's mistake
+
 
 @dataclass(frozen=True)
 class Job:
@@ -152,6 +154,8 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         said.append(f"not in the recording, so never seen: {some(report['unmatched'])}")
     if report["ignored_points"]:
         said.append(f"in the recording, but not in the binding: {some(report['ignored_points'])}")
+    if len(scale) and not 1 / ODD_SIZE <= scale[-1] <= ODD_SIZE:
+        said.append(f"the body is {scale[-1]:.3g} times the model's size: are its lengths in another unit (--units)?")
     return {
         "frames": frames,
         "binding": report["binding"],

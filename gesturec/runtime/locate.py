@@ -44,6 +44,7 @@ TOO_UNCERTAIN: Final = 0.5  # rad, deviation of the rotation beyond which a pose
 WORTH: Final = 0.5  # of the doubt: limbs that leave more than that of it are not asked, so a good pose stays as it is
 SET_OFF: Final = 0.95  # probability, by the limbs, that the root moves: then they are asked all the same
 ENOUGH: Final = 3  # points that determine a pose
+LONGEST_GAP: Final = 60.0  # s; after that a pose says nothing, and its covariance is no number to work with
 GIVE_UP: Final = 3  # frames in a row in which most root tokens are refused: then the filter starts anew
 LEAST_SIZE_DEVIATION: Final = 0.02  # of log size, when a filter starts anew: it may have learnt from bad frames
 FASTEST: Final = 10.0  # rad/s; a root that turns faster between two frames is not followed but found anew
@@ -85,7 +86,7 @@ def see_root(measured: Array, covariance: Array, shape: float) -> Root:
 
 def locate(pose: PoseFilter, last: Located, root: Root, size: SizeBelief, dt: float, limbs: Limbs | None) -> Located:
     """Advance by a frame; `limbs` may stand in for root tokens where fewer than `ENOUGH` are seen."""
-    if last.state is None:
+    if last.state is None or dt > LONGEST_GAP:
         return _begin(pose, last, root, _size_of(last, size))
     predicted, step = pose.predict(last.state, dt)
     if not root.seen.any():

@@ -12,6 +12,7 @@ direction: every fit's mirror image is therefore a start too. Which of them it i
 
 from __future__ import annotations
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ FLATTEST: Final = 0.05  # second singular value over the first below which point
 MOST_ROTATION: Final = 0.3  # rad a Gauss-Newton step; more lets a step jump onto the mirrored pose
 AGREE: Final = 0.999  # chi-square quantile up to which points are one rigid body
 GROSS: Final = 0.35  # of the body's radius: how far proportions unlike the model's may put a point
+MOST_GROWTH: Final = 0.7  # of log scale a step: twice or half
+MOST_LOG_SIZE: Final = 10.0  # of log scale, either way: beyond a unit's mistake
 ITERATIONS: Final = 10
 CONVERGED: Final = 1e-12  # rad, and relative to the size: a step below it ends the iteration
 ROUND_NOISE: Final = 1.5  # ratio of largest to middle noise axis below which there is no view direction
@@ -100,11 +103,12 @@ def all_fits(
     body: Array, measured: Array, covariance: Array, log_scale: float, scale_deviation: float
 ) -> list[RigidFit]:
     """The fit from Horn's start, and those that a mirror image of a fit leads to, each once."""
-    starts = [horn(np.exp(log_scale) * body, measured)]
+    nearby = _log_size(body, measured, log_scale, scale_deviation)
+    starts = [horn(np.exp(nearby) * body, measured)]
     weight = np.asarray(np.linalg.inv(covariance), dtype=float)
     fits: list[RigidFit] = []
     while starts and len(fits) < MOST_FITS:
-        fit = _gauss_newton(body, measured, weight, starts.pop(0), log_scale, scale_deviation)
+        fit = _gauss_newton(body, measured, weight, starts.pop(0), (nearby, log_scale), scale_deviation)
         if all(turn_between(fit.rotation, other.rotation) > SAME for other in fits):
             fits.append(fit)
             starts += mirrored(np.exp(fit.log_scale) * body, measured, covariance, fit.rotation)
@@ -227,10 +231,15 @@ def observe(body: Array, rotation: Array, translation: Array, log_scale: float) 
 
 
 def _gauss_newton(
-    body: Array, measured: Array, weight: Array, start: tuple[Array, Array], log_scale: float, scale_deviation: float
+    body: Array,
+    measured: Array,
+    weight: Array,
+    start: tuple[Array, Array],
+    sizes: tuple[float, float],
+    scale_deviation: float,
 ) -> RigidFit:
-    rotation, translation = start
-    believed = log_scale
+    """From a pose and the first of two log scales, of which the second is believed."""
+    (rotation, translation), (log_scale, believed) = start, sizes
     size = max(float(np.abs(body - body.mean(0)).max()), 1e-9)
     free, prior = 7 if scale_deviation > 0 else 6, _prior(scale_deviation)
     for _ in range(ITERATIONS):
@@ -239,12 +248,22 @@ def _gauss_newton(
         gradient[6] -= prior * (log_scale - believed)
         step = np.zeros(7)
         step[:free] = np.linalg.solve(information[:free, :free], gradient[:free])
-        step *= min(1.0, MOST_ROTATION / max(float(np.linalg.norm(step[:3])), 1e-12))
+        largest = max(float(np.linalg.norm(step[:3])) / MOST_ROTATION, abs(float(step[6])) / MOST_GROWTH)
+        step *= min(1.0, 1 / max(largest, 1e-12))
         rotation, translation = exponential(step[:3]) @ rotation, translation + step[3:6]
         log_scale += float(step[6])
         if np.abs(step[[0, 1, 2, 6]]).max() < CONVERGED and np.abs(step[3:6]).max() < CONVERGED * size:
             break
     return _fit_at(body, measured, weight, (rotation, translation), log_scale, believed, prior)
+
+
+def _log_size(body: Array, measured: Array, believed: float, deviation: float) -> float:
+    """Log scale to start from: the believed one, unless the points are of quite another size (or in another unit)."""
+    if deviation == 0:
+        return believed
+    radius = max(_radius(measured), math.exp(-MOST_LOG_SIZE) * _radius(body))
+    shown = min(math.log(radius / max(_radius(body), 1e-12)), MOST_LOG_SIZE)
+    return shown if abs(shown - believed) > MOST_GROWTH else believed
 
 
 def _prior(scale_deviation: float) -> float:

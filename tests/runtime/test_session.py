@@ -218,3 +218,61 @@ def test_expected_values_are_finer_than_levels(hand: Artifact, take: Any, way: d
     assert off.mean() < (9 if way["decoder"] == "nearest" else 4)
     coupled = hand.manifest.joints.index("index.dip")
     np.testing.assert_allclose(decoding.joint_mean[:, coupled], decoding.joint_mean[:, joint], atol=1e-9)
+
+
+@pytest.mark.parametrize("decoder", ["forward", "nearest"])
+@pytest.mark.parametrize("factor", [1000.0, 1e-6, 0.0], ids=["mm", "far too small", "one place"])
+@pytest.mark.filterwarnings("error")
+def test_points_in_another_unit_have_a_size_and_no_exception(
+    hand: Artifact, take: Any, decoder: str, factor: float
+) -> None:
+    decoding = decode(hand, moved(take, points=take.points * factor), decoder=decoder)
+    assert len(decoding.time) == len(take.time)
+    if factor == 1000.0:
+        assert decoding.scale[20] == pytest.approx(1000, rel=0.05)
+
+
+@pytest.mark.parametrize("gap", [3600.0, 1e5, 1e8, 1e11])
+@pytest.mark.parametrize("decoder", ["forward", "nearest", "viterbi"])
+def test_gaps_of_hours_and_years_are_gaps(hand: Artifact, take: Any, decoder: str, gap: float) -> None:
+    session = Session(hand, rate=25, names=take.names, decoder=decoder)
+    time = np.cumsum(np.where(np.arange(12) % 3 == 2, gap, 0.04))
+    steps = [session.step(points, moment) for points, moment in zip(take.points, time, strict=False)]
+    assert {step.status for step in steps} <= {"ok", "partial", "undecided", "partly-misfit"}
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    [-1e-4 * np.eye(3), 1e-4 * np.array([[1, 5, 0], [5, 1, 0], [0, 0, 1]]), 1e-4 * np.array([[1, 0, 0], [5, 1, 0], [0, 0, 1.0]]), np.zeros((3, 3))],
+    ids=["negative", "indefinite", "not symmetric", "zero"],
+)  # fmt: skip
+def test_what_is_no_covariance_is_not_known(hand: Artifact, take: Any, covariance: np.ndarray) -> None:
+    spread = np.tile(covariance, (len(take.names), 1, 1))
+    told, free = (Session(hand, rate=25, names=take.names) for _ in range(2))
+    for points, time in zip(take.points[:6], take.time[:6], strict=True):
+        assert told.step(points, time, spread).states == free.step(points, time).states
+
+
+@pytest.mark.parametrize("given", [10**400, -(10**400)])
+def test_numbers_too_large_for_a_float_are_refused(hand: Artifact, take: Any, given: int) -> None:
+    session = Session(hand, rate=25, names=take.names)
+    assert session.step([[given, 0, 0]] * len(take.names), 0.0).status == "input-refused"
+    assert session.step(take.points[0], given).status == "time-refused"
+    assert session.step(take.points[0], -1.7e308).status == "time-refused"
+    assert session.step(take.points[0], 0.0).status == "ok"
+
+
+def test_after_finish_points_may_have_other_names(hand: Artifact, take: Any) -> None:
+    session = Session(hand, rate=25)
+    session.step(dict(zip(take.names, take.points[0], strict=True)), 0.0)
+    assert session.binding == "own names"
+    session.finish()
+    theirs = {
+        "WRIST": "wrist",
+        "INDEX_FINGER_MCP": "index_base",
+        "PINKY_MCP": "little_base",
+        "MIDDLE_FINGER_MCP": "middle_base",
+    }
+    places = dict(zip(hand.manifest.tokens, np.eye(len(hand.manifest.tokens), 3), strict=True))
+    session.step({name: places[own] for name, own in theirs.items()}, 0.0)
+    assert session.binding == "mediapipe_hands"
