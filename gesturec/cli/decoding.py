@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from argparse import Namespace
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack
@@ -160,6 +161,7 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         "noise": report["noise"] if np.isfinite(report["noise"]) else None,
         "status": dict(report["status"]),
         "machines": {name: _shares(counts, frames) for name, counts in report["machines"].items()},
+        "gestures": dict(Counter(event.name for event in decoding.events)),
         "misfit": report["misfit"],
         "misfit_frames": report["misfit_frames"],
         "unmatched": report["unmatched"],

@@ -21,6 +21,7 @@ from gesturec.runtime.bindings import resolve_binding
 from gesturec.runtime.body import lay_out
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import Points
+from gesturec.runtime.gestures.run import GestureRuns
 from gesturec.runtime.machines import Shown
 from gesturec.runtime.options import options_of
 from gesturec.runtime.record import make_record, make_step

@@ -106,6 +106,11 @@ class Session:
         """The world's upward axis, from the recording, else from the binding."""
         return self.options.up or (None if self.plan is None else self.plan.binding.up)
 
+    @property
+    def gestures_dropped(self) -> int:
+        """How often a limit on what a gesture may have begun was reached since the session began anew."""
+        return self._gestures.dropped
+
     def step(self, points: Given, time: float, covariance: ArrayLike | None = None) -> Step:
         """Take one frame and give back the frame that is due (with a lag, an earlier one).
 
@@ -214,8 +219,7 @@ class Session:
         self, record: FrameRecord, decisions: Sequence[Decision], places: Sequence[PoseEstimate | None]
     ) -> FrameRecord:
         """A frame with the gestures that it decides, and those that are over in it."""
-        seen = seen_of(decisions, places, self.up)
-        found = self._gestures.take(record.poses, seen, record.time, self._memory.time)
+        found = self._gestures.take(seen_of(decisions, places, self.up), record.time, self._memory.time)
         return replace(record, events=found.events, ended=found.ended)
 
     def _bind(self, points: Given, covariance: ArrayLike | None) -> Points:

@@ -44,7 +44,7 @@ def hold_poses(
     up: str | None,
 ) -> NDArray[np.uint8]:
     """Truth of each pose, (n_pose,); `places` has the one body's pose, or each of several bodies'."""
-    truth = _by_states(body, candidates)
+    truth = poses_by_states(body, candidates)
     programs = body.artifact.columns["pose_program"]
     asked = np.flatnonzero((programs >= 0) & (truth != HOLDS_NOT))
     if len(asked):
@@ -54,8 +54,8 @@ def hold_poses(
     return truth
 
 
-def _by_states(body: Body, candidates: Sequence[Ids]) -> NDArray[np.uint8]:
-    """Kleene's and over machines: unknown where a machine's candidates differ."""
+def poses_by_states(body: Body, candidates: Sequence[Ids]) -> NDArray[np.uint8]:
+    """Truth of each pose by its states: Kleene's and over machines, unknown where a machine's candidates differ."""
     table = body.artifact.columns["pose_state"]
     truth = np.full(len(table), HOLDS, dtype=np.uint8)
     for machine, states in enumerate(candidates):

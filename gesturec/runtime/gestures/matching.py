@@ -30,11 +30,16 @@ class Since(NamedTuple):
         """That time as of now, s."""
         return self.moment if self.episode is None else self.episode.last
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether it cannot become later."""
+        return self.episode is None or self.episode.is_over
+
     def is_as_late_as(self, other: Since) -> bool:
         """Whether it is, and stays, at least as late as another."""
         if self.episode is not None and self.episode is other.episode:
             return True
-        return self.time >= other.time and (other.episode is None or other.episode.is_over)
+        return self.time >= other.time and other.is_settled
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +60,9 @@ class Thread:
         The least of the steps'.
     is_disturbed
         Whether a named step has happened since, so that only `->>` leads on.
+    late
+        Spans that took too long up to this step, unless their first step's truth, unknown now, turns out to hold still:
+        this step is not their last.
     """
 
     at: int
@@ -63,6 +71,7 @@ class Thread:
     steps: int
     confidence: float
     is_disturbed: bool = False
+    late: frozenset[int] = frozenset()
 
 
 class Match(NamedTuple):
@@ -157,7 +166,7 @@ class Threads:
         """A step is taken: the pattern is met, or waits behind it when the frame is over."""
         thread = walk.thread
         what = self.automaton.positions[thread.at].what
-        if thread.at in self.automaton.accepting:
+        if thread.at in self.automaton.accepting and not thread.late:
             matches.append(Match(thread, what, self._episode_of(what)))
         arrows = self.automaton.follow[thread.at]
         if walk.is_placed or not walk.left - self.automaton.awaited[thread.at]:
@@ -174,9 +183,12 @@ class Threads:
                 continue
             if not (self.episodes.reaches(what, thread.when) if what.kind == "held" else what in walk.left):
                 continue
-            on = self._stepped(thread, arrow, self._episode_of(what), time, sure)
-            if self._is_in_time(on, time):
-                yield Walk(on, walk.left - {what}, walk.is_placed or arrow.is_free)
+            if not all(span in self._inside(arrow.to) and span not in arrow.opens for span in thread.late):
+                continue
+            on = self._in_time(self._stepped(thread, arrow, self._episode_of(what), time, sure))
+            if on is not None:
+                left = walk.left - {what} - self.automaton.awaited[thread.at]
+                yield Walk(on, left, walk.is_placed or arrow.is_free)
 
     def _stepped(self, thread: Thread | None, arrow: Arrow, episode: Episode, time: float, sure: Sure) -> Thread:
         """A thread after one more step, or its first."""
@@ -189,10 +201,14 @@ class Threads:
             return Thread(arrow.to, time, since, 1, own)
         return Thread(arrow.to, time, since, thread.steps + 1, min(thread.confidence, own))
 
-    def _is_in_time(self, thread: Thread, time: float) -> bool:
-        """Whether no span that its step lies in has taken longer than it may."""
+    def _in_time(self, thread: Thread) -> Thread | None:
+        """A thread that has just taken a step; None if a span that the step lies in has taken longer than it may."""
         spans = zip(self._inside(thread.at), thread.since, strict=True)
-        return all(time - since.time <= self.automaton.limits[span] + SAME_TIME for span, since in spans)
+        limits = self.automaton.limits
+        late = [(span, since) for span, since in spans if thread.when - since.time > limits[span] + SAME_TIME]
+        if any(since.is_settled for _, since in late):
+            return None
+        return replace(thread, late=frozenset(span for span, _ in late)) if late else thread
 
     def _inside(self, at: int) -> tuple[int, ...]:
         return self.automaton.positions[at].inside
@@ -224,7 +240,7 @@ class Threads:
 
     def _is_as_good(self, one: Thread, other: Thread) -> bool:
         """Whether one thread can do all that another can, and no worse."""
-        if one.at != other.at or one.is_disturbed > other.is_disturbed:
+        if one.at != other.at or one.is_disturbed > other.is_disturbed or not one.late <= other.late:
             return False
         if self.automaton.awaited[one.at] and one.when > other.when:
             return False

@@ -7,11 +7,9 @@ its end.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from gesturec.runtime.body import Body
 from gesturec.runtime.gestures.automaton import TooManySteps, make_automaton
@@ -48,7 +46,7 @@ class GestureRun:
         self.episodes = Episodes(len(gesture["truths"]), automaton.named, float(gesture["patience"]))
         self.threads = Threads(automaton, self.episodes)
         self._lasting: list[Lasting] = []
-        self._quiet_from = -np.inf  # s: end of the last event
+        self._quiet_from = -math.inf  # s: end of the last event
 
     def take(self, degrees: Sequence[Degree], time: float, decided: float) -> Found:
         """One frame: how true its truths are at `time`; `decided` is the time of the newest frame known."""
@@ -99,11 +97,11 @@ class GestureRuns:
         """How often a limit on what a gesture may have begun, or try in a frame, was reached."""
         return sum(run.threads.dropped for run in self._runs)
 
-    def take(self, poses: NDArray[np.uint8], seen: Seen, time: float, decided: float) -> Found:
+    def take(self, seen: Seen, time: float, decided: float) -> Found:
         """One decided frame."""
         if not self._runs:
             return Found()
-        degrees = self._truths.degrees(poses, seen)
+        degrees = self._truths.degrees(seen)
         found = [
             run.take([degrees[number] for number in numbers], time, decided)
             for run, numbers in zip(self._runs, self._numbers, strict=True)

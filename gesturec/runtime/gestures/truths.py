@@ -1,9 +1,10 @@
 """How true the truths of gestures are in a frame: over every state still possible, and how probable.
 
-In: the machines' candidates with their probabilities, and where the body is and how it moves. Out: for each truth 1, 0
-or 2 (unknown), and its probability. A truth of one machine's states is told of all its states once; what `and`, `or`
-and `not` make of parts is told by Kleene's logic of the parts; what else speaks of several machines, or of states and
-places together, is evaluated at every combination of candidates, and is unknown where these are too many.
+In: the machines' decided states, else their candidates, with probabilities, and where the body is and how it moves.
+Out: for each truth 1, 0 or 2 (unknown), and its probability. A truth of one machine's states is told of all its states
+once; what `and`, `or` and `not` make of parts is told by Kleene's logic of the parts; what else speaks of several
+machines, or of states and places together, is evaluated at every combination of candidates, and is unknown where these
+are too many.
 """
 
 from __future__ import annotations
@@ -24,7 +25,16 @@ from gesturec.runtime.arrays import Array, Ids
 from gesturec.runtime.body import Body
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.pose import PoseEstimate
-from gesturec.runtime.truths import HOLDS, HOLDS_NOT, UNKNOWN, StateSet, artifact_sets, base_of, leaves_of
+from gesturec.runtime.truths import (
+    HOLDS,
+    HOLDS_NOT,
+    UNKNOWN,
+    StateSet,
+    artifact_sets,
+    base_of,
+    leaves_of,
+    poses_by_states,
+)
 
 MOST_COMBINATIONS: Final = 512  # of candidates at which one part of a truth is evaluated in a frame
 MOST_ROWS: Final = 5_000  # states of a machine over which a part is told once and for all
@@ -34,7 +44,7 @@ MOTION: Final = frozenset(
 
 
 class Seen(NamedTuple):
-    """What a frame tells: candidates and all probabilities of each machine, and the bodies' places."""
+    """What a frame tells: possible states and all probabilities of each machine, and the bodies' places."""
 
     candidates: Sequence[Ids]
     probability: Sequence[Array]
@@ -50,8 +60,9 @@ class Degree(NamedTuple):
 
 
 def seen_of(decisions: Sequence[Decision], places: Sequence[PoseEstimate | None], up: str | None) -> Seen:
-    """What decisions tell."""
-    return Seen([d.candidates for d in decisions], [d.probability for d in decisions], places, up)
+    """What decisions tell: possible is the decided state, or where there is none each candidate."""
+    possible = [d.candidates if d.state < 0 else np.array([d.state]) for d in decisions]
+    return Seen(possible, [d.probability for d in decisions], places, up)
 
 
 @dataclass(frozen=True)
@@ -141,7 +152,7 @@ def _joined(op: str, parts: Sequence[Degree]) -> Degree:
 
 
 class PoseTruth(NamedTuple):
-    """A pose: its truth is what the frame says of it."""
+    """A pose, told by the states that it holds in, or where these do not say all by its program."""
 
     number: int
     program: Part | None  # None: its states say all about it
@@ -164,20 +175,20 @@ class Truths:
             self._truths.append(self._pose(truth["pose"]) if "pose" in truth else self._program(truth["program"]))
         return self._known[key]
 
-    def degrees(self, poses: NDArray[np.uint8], seen: Seen) -> list[Degree]:
-        """How true each is in a frame; `poses` is what the frame says of the poses, (n_pose,)."""
+    def degrees(self, seen: Seen) -> list[Degree]:
+        """How true each is in a frame."""
+        poses = poses_by_states(self.body, seen.candidates)
         return [self._degree(truth, poses, seen) for truth in self._truths]
 
     def _degree(self, truth: PoseTruth | Part, poses: NDArray[np.uint8], seen: Seen) -> Degree:
         if isinstance(truth, Part):
             return truth.degree(seen)
-        value = int(poses[truth.number])
         if truth.program is not None:
-            return Degree(value, truth.program.degree(seen).probability)
+            return truth.program.degree(seen)
         holds = self.body.artifact.columns["pose_state"][truth.number] == HOLDS
         start = self.body.state_start
         masses = [each[holds[start[m] : start[m + 1]]].sum() for m, each in enumerate(seen.probability)]
-        return Degree(value, float(math.prod(masses)))
+        return Degree(int(poses[truth.number]), float(math.prod(masses)))
 
     def _pose(self, name: str) -> PoseTruth:
         number = self.body.artifact.manifest.poses.index(name)
