@@ -155,6 +155,7 @@ def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
         "noise": session.noise,
         "cells": dict(session.cells),
         "up": session.up,
+        "gestures_dropped": session.gestures_dropped,
         "unmatched": list(session.plan.unmatched) if session.plan else [],
         "ignored_points": list(session.plan.ignored) if session.plan else [],
         "status": {name: count for name, count in statuses.items() if count},

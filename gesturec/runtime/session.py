@@ -108,7 +108,7 @@ class Session:
 
     @property
     def gestures_dropped(self) -> int:
-        """How often a limit on what a gesture may have begun was reached since the session began anew."""
+        """How often a limit on what a gesture may have begun was reached."""
         return self._gestures.dropped
 
     def step(self, points: Given, time: float, covariance: ArrayLike | None = None) -> Step:

@@ -45,7 +45,7 @@ class GestureEvent(NamedTuple):
     start: float
     end: float | None
     decided: float  # time of the newest frame that was known when it was told
-    confidence: float  # the least probability, over its steps, of the states in which the step is true
+    confidence: float  # of its steps the least: how probable a step's truth was at its most, or an end at its moment
 
 
 class MachineWhy(NamedTuple):

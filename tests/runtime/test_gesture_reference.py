@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from hypothesis import assume, given, settings
@@ -111,13 +112,9 @@ class Reference:
         # held steps that any meaning of the pattern may go on with from a step
         self.awaited: dict[tuple[Any, ...], set[Any]] = {}
         for word in self.words:
-            for one, other in zip(word, word[1:], strict=False):
+            for one, other in pairwise(word):
                 if other.leaf[0] == "held":
-                    self.awaited.setdefault(self.identity(one), set()).add(other.leaf)
-
-    @staticmethod
-    def identity(step: Step) -> tuple[Any, ...]:
-        return step.place
+                    self.awaited.setdefault(one.place, set()).add(other.leaf)
 
     def episodes(self, truth: int, patience: float) -> Iterator[Stretch]:
         first = last = None
@@ -142,7 +139,9 @@ class Reference:
             if (
                 (kind == "begin" and s.first == frame)
                 or (kind == "leave" and s.over == frame and not s.in_the_unknown)
-                or (kind == "ended" and s.over == frame and not s.in_the_unknown and least - EPS <= length <= most + EPS)
+                or (
+                    kind == "ended" and s.over == frame and not s.in_the_unknown and least - EPS <= length <= most + EPS
+                )
                 or (kind == "held" and self.reached(s, least, s.first) == frame)
             ):
                 return s
@@ -179,8 +178,7 @@ class Reference:
                     yield frames
                 return
             low = frames[-1] if frames else floor
-            high = end if number + 1 < len(word) else end
-            for frame in range(low, high + 1):
+            for frame in range(low, end + 1):
                 used = [w.leaf for w, f in zip(word, frames, strict=False) if f == frame]
                 if word[number].leaf in used:
                     continue
@@ -202,7 +200,7 @@ class Reference:
         for number in range(len(word) - 1):
             if word[number + 1].is_free:
                 continue
-            for leaf in self.awaited.get(self.identity(word[number]), ()):
+            for leaf in self.awaited.get(word[number].place, ()):
                 own = [s for s in self.stretches if s.truth == leaf[1]]
                 came = {self.reached(s, leaf[2], frames[number]) for s in own} - {None}
                 if any(frames[number] < each < frames[number + 1] for each in came if each is not None):
@@ -214,9 +212,9 @@ class Reference:
         if frame in (frames[0], frames[-1]):
             return True
         for number in range(len(word) - 1):
-            if frames[number] <= frame <= frames[number + 1]:
-                if word[number + 1].is_free or leaf in self.awaited.get(self.identity(word[number]), ()):
-                    return True
+            is_here = frames[number] <= frame <= frames[number + 1]
+            if is_here and (word[number + 1].is_free or leaf in self.awaited.get(word[number].place, ())):
+                return True
         return False
 
     def in_time(self, word: Word, frames: list[int]) -> bool:
@@ -289,7 +287,9 @@ leaf = st.one_of(
     st.builds(lambda i: {"truth": i}, truth),
     st.builds(lambda i: {"enter": i}, truth),
     st.builds(lambda i: {"leave": i}, truth),
-    st.builds(lambda i, d: {"held": i, "least": d, "most": None, "decided": "start"}, truth, st.sampled_from([1.0, 2.0])),
+    st.builds(
+        lambda i, d: {"held": i, "least": d, "most": None, "decided": "start"}, truth, st.sampled_from([1.0, 2.0])
+    ),
     st.builds(
         lambda i, a, b: {"held": i, "least": a, "most": b, "decided": "end"},
         truth,
@@ -315,12 +315,16 @@ def larger(inner: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
 
 
 shapes = st.recursive(leaf, larger, max_leaves=4)
-frames = st.lists(st.lists(st.sampled_from([0, 1, 0, 1, 2]), min_size=N_TRUTH, max_size=N_TRUTH), min_size=3, max_size=7)
+frames = st.lists(
+    st.lists(st.sampled_from([0, 1, 0, 1, 2]), min_size=N_TRUTH, max_size=N_TRUTH), min_size=3, max_size=7
+)
 
 
 @settings(max_examples=400, deadline=None)
 @given(shapes, frames, st.sampled_from([0.0, 1.0, 2.0]))
-def test_the_automaton_finds_what_a_search_finds(shape: dict[str, Any], values: list[list[int]], patience: float) -> None:
+def test_the_automaton_finds_what_a_search_finds(
+    shape: dict[str, Any], values: list[list[int]], patience: float
+) -> None:
     written = words(shape, (), ())
     assume(all(word for word, _ in written))
     times = [float(n) for n in range(len(values))]

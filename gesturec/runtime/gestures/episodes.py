@@ -25,6 +25,7 @@ class Episode:
     begin: float  # s
     last: float  # s; the last frame in which the truth was true
     before: float  # s; the last but one, NaN where there is none
+    sure: float  # the highest probability that the truth has had in it
     is_over: bool = False
 
     def reaches(self, least: float, since: float) -> bool:
@@ -47,10 +48,11 @@ class Episodes:
         self.happened: dict[Happening, Episode] = {}
         self.is_true = [False] * n_truth
         self.is_cancelled = False
+        self.probability: Sequence[float] = [0.0] * n_truth
 
-    def take(self, values: Sequence[int], time: float) -> None:
+    def take(self, values: Sequence[int], time: float, probability: Sequence[float]) -> None:
         """One frame: what happened in it, whether an episode ended in the unknown, and what is true."""
-        self.happened, self.is_cancelled = {}, False
+        self.happened, self.is_cancelled, self.probability = {}, False, probability
         self.is_true = [value == TRUE for value in values]
         for truth, value in enumerate(values):
             episode = self.open[truth]
@@ -70,10 +72,11 @@ class Episodes:
         """A frame in which a truth is true."""
         episode = self.open[truth]
         if episode is None:
-            self.open[truth] = episode = Episode(truth, time, time, float("nan"))
+            self.open[truth] = episode = Episode(truth, time, time, float("nan"), self.probability[truth])
             self._tell(Happening("begin", truth), episode)
         else:
             episode.before, episode.last = episode.last, time
+            episode.sure = max(episode.sure, self.probability[truth])
         for what in self.timed[truth]:
             if what.kind == "held" and episode.reaches(what.least, episode.begin):
                 self._tell(what, episode)

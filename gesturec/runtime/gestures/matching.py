@@ -56,8 +56,12 @@ class Thread:
         From when each span counts that the step lies in, the whole pattern first.
     steps
         How many have happened.
-    confidence
-        The least of the steps'.
+    sure
+        How probable the steps before the last are, the least of them.
+    last
+        Its last step's episode, where that is a truth; how probable it is may yet show.
+    left
+        How probable it is that the last step's truth does not hold, where it is that truth's end.
     is_disturbed
         Whether a named step has happened since, so that only `->>` leads on.
     late
@@ -69,9 +73,16 @@ class Thread:
     when: float
     since: tuple[Since, ...]
     steps: int
-    confidence: float
+    sure: float
+    last: Episode | None
+    left: float
     is_disturbed: bool = False
     late: frozenset[int] = frozenset()
+
+    @property
+    def confidence(self) -> float:
+        """How probable its steps are, the least of them: each the most that it has been so far."""
+        return min(self.sure, self.left if self.last is None else self.last.sure)
 
 
 class Match(NamedTuple):
@@ -110,8 +121,8 @@ class Threads:
         self.dropped = 0  # threads and walks beyond the limits
         self._walks = 0
 
-    def take(self, time: float, sure: Sure) -> Match | None:
-        """One frame, whose happenings the episodes tell; `sure` is the confidence of each."""
+    def take(self, time: float) -> Match | None:
+        """One frame, whose happenings the episodes tell."""
         if self.episodes.is_cancelled:
             self.begun = []
         self._walks = 0
@@ -121,17 +132,17 @@ class Threads:
         for thread in self.begun:
             after.extend(self._stayed(thread, happened))
             if happened or self.automaton.awaited[thread.at]:
-                self._explore(Walk(thread, happened, False), True, time, sure, after, matches)
+                self._explore(Walk(thread, happened, False), True, time, after, matches)
         for arrow in self.automaton.first if happened else ():
             what = self.automaton.positions[arrow.to].what
-            if what in happened:
-                begun = self._stepped(None, arrow, self.episodes.happened[what], time, sure)
-                self._explore(Walk(begun, happened - {what}, True), False, time, sure, after, matches)
+            begun = self._taken(arrow, self.episodes.happened[what], time) if what in happened else None
+            if begun is not None:
+                self._explore(Walk(begun, happened - {what}, True), False, time, after, matches)
         if not matches:
             self.begun = self._kept(after)
             return None
         match = max(matches, key=lambda each: (each.start, each.thread.steps > 1, each.thread.confidence))
-        self.begun = self._begun_by(match, time, sure) if match.thread.steps > 1 else []
+        self.begun = self._begun_by(match, time) if match.thread.steps > 1 else []
         return match
 
     def _stayed(self, thread: Thread, happened: frozenset[Happening]) -> list[Thread]:
@@ -143,9 +154,7 @@ class Threads:
         is_free = any(arrow.is_free for arrow in self.automaton.follow[thread.at])
         return [replace(thread, is_disturbed=True)] if is_free else []
 
-    def _explore(
-        self, start: Walk, is_first: bool, time: float, sure: Sure, after: list[Thread], matches: list[Match]
-    ) -> None:
+    def _explore(self, start: Walk, is_first: bool, time: float, after: list[Thread], matches: list[Match]) -> None:
         """All that a thread can make of a frame's happenings; `is_first`: it has taken none of them yet."""
         stack, known = [(start, is_first)], set()
         while stack:
@@ -160,7 +169,7 @@ class Threads:
                 return
             if not is_first:
                 self._arrive(walk, after, matches)
-            stack.extend((walk, False) for walk in self._next(walk, time, sure))
+            stack.extend((walk, False) for walk in self._next(walk, time))
 
     def _arrive(self, walk: Walk, after: list[Thread], matches: list[Match]) -> None:
         """A step is taken: the pattern is met, or waits behind it when the frame is over."""
@@ -174,7 +183,7 @@ class Threads:
         elif any(arrow.is_free for arrow in arrows):
             after.append(replace(thread, is_disturbed=True))
 
-    def _next(self, walk: Walk, time: float, sure: Sure) -> Iterator[Walk]:
+    def _next(self, walk: Walk, time: float) -> Iterator[Walk]:
         """The steps that may come next, of what happened in this frame."""
         thread = walk.thread
         for arrow in self.automaton.follow[thread.at]:
@@ -185,21 +194,31 @@ class Threads:
                 continue
             if not all(span in self._inside(arrow.to) and span not in arrow.opens for span in thread.late):
                 continue
-            on = self._in_time(self._stepped(thread, arrow, self._episode_of(what), time, sure))
+            on = self._taken(arrow, self._episode_of(what), time, thread)
             if on is not None:
                 left = walk.left - {what} - self.automaton.awaited[thread.at]
                 yield Walk(on, left, walk.is_placed or arrow.is_free)
 
-    def _stepped(self, thread: Thread | None, arrow: Arrow, episode: Episode, time: float, sure: Sure) -> Thread:
-        """A thread after one more step, or its first."""
+    def _taken(self, arrow: Arrow, episode: Episode, time: float, thread: Thread | None = None) -> Thread | None:
+        """A thread after one more step, or its first; None where that came too late."""
+        return self._in_time(self._stepped(thread, arrow, episode, time))
+
+    def _stepped(self, thread: Thread | None, arrow: Arrow, episode: Episode, time: float) -> Thread:
+        """A thread after one more step, or its first, whenever that came."""
         position = self.automaton.positions[arrow.to]
         opened = Since(time, None if position.is_moment else episode)
         known = {} if thread is None else dict(zip(self._inside(thread.at), thread.since, strict=True))
         since = tuple(opened if span in arrow.opens else known[span] for span in position.inside)
-        own = sure.of(position.what)
-        if thread is None:
-            return Thread(arrow.to, time, since, 1, own)
-        return Thread(arrow.to, time, since, thread.steps + 1, min(thread.confidence, own))
+        is_end = position.what.kind in ("leave", "ended")
+        return Thread(
+            at=arrow.to,
+            when=time,
+            since=since,
+            steps=1 if thread is None else thread.steps + 1,
+            sure=1.0 if thread is None else thread.confidence,
+            last=None if is_end else episode,
+            left=1.0 - self.episodes.probability[position.what.truth],
+        )
 
     def _in_time(self, thread: Thread) -> Thread | None:
         """A thread that has just taken a step; None if a span that the step lies in has taken longer than it may."""
@@ -219,11 +238,11 @@ class Threads:
         assert found is not None
         return found
 
-    def _begun_by(self, match: Match, time: float, sure: Sure) -> list[Thread]:
+    def _begun_by(self, match: Match, time: float) -> list[Thread]:
         """The last step of a match of several as the first of the next."""
         arrows = [a for a in self.automaton.first if self.automaton.positions[a.to].what == match.what]
-        begun = [self._stepped(None, arrow, match.episode, time, sure) for arrow in arrows]
-        return [thread for thread in begun if self.automaton.follow[thread.at]]
+        begun = [self._taken(arrow, match.episode, time) for arrow in arrows]
+        return [thread for thread in begun if thread is not None and self.automaton.follow[thread.at]]
 
     def _kept(self, threads: list[Thread]) -> list[Thread]:
         """Threads without those that others are as good as: as late, as long after their last step, as free."""
@@ -245,14 +264,3 @@ class Threads:
         if self.automaton.awaited[one.at] and one.when > other.when:
             return False
         return all(mine.is_as_late_as(theirs) for mine, theirs in zip(one.since, other.since, strict=True))
-
-
-class Sure(NamedTuple):
-    """How probable the truths of a frame are."""
-
-    probability: tuple[float, ...]
-
-    def of(self, what: Happening) -> float:
-        """The confidence of a step: that its truth holds, or of an end that it does not."""
-        holds = self.probability[what.truth]
-        return 1.0 - holds if what.kind in ("leave", "ended") else holds

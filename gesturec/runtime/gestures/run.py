@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from gesturec.runtime.body import Body
 from gesturec.runtime.gestures.automaton import TooManySteps, make_automaton
 from gesturec.runtime.gestures.episodes import SAME_TIME, Episode, Episodes
-from gesturec.runtime.gestures.matching import Match, Sure, Threads
+from gesturec.runtime.gestures.matching import Match, Threads
 from gesturec.runtime.gestures.truths import Degree, Seen, Truths
 from gesturec.runtime.step import GestureEvent
 
@@ -50,12 +50,12 @@ class GestureRun:
 
     def take(self, degrees: Sequence[Degree], time: float, decided: float) -> Found:
         """One frame: how true its truths are at `time`; `decided` is the time of the newest frame known."""
-        self.episodes.take([degree.value for degree in degrees], time)
+        self.episodes.take([degree.value for degree in degrees], time, [degree.probability for degree in degrees])
         over = [each for each in self._lasting if each.episode.is_over]
         self._lasting = [each for each in self._lasting if not each.episode.is_over]
         for each in over:
             self._quiet_from = max(self._quiet_from, each.episode.last)
-        match = self.threads.take(time, Sure(tuple(degree.probability for degree in degrees)))
+        match = self.threads.take(time)
         ended = tuple(each.event._replace(end=each.episode.last) for each in over)
         if match is None or self._is_cooling(time):
             return Found((), ended)
@@ -86,16 +86,19 @@ class GestureRuns:
         self._gestures = gestures
         self._truths = Truths(body)
         self._numbers = [[self._truths.number(truth) for truth in gesture["truths"]] for gesture in gestures]
+        self._runs: list[GestureRun] = []
+        self._dropped = 0
         self.restart()
 
     def restart(self) -> None:
         """Before the first frame."""
+        self._dropped = self.dropped
         self._runs = [GestureRun(gesture) for gesture in self._gestures]
 
     @property
     def dropped(self) -> int:
         """How often a limit on what a gesture may have begun, or try in a frame, was reached."""
-        return sum(run.threads.dropped for run in self._runs)
+        return self._dropped + sum(run.threads.dropped for run in self._runs)
 
     def take(self, seen: Seen, time: float, decided: float) -> Found:
         """One decided frame."""
