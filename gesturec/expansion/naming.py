@@ -48,7 +48,7 @@ def model_manifest(tables: BodyTables) -> Manifest:
         groups={name: tuple(members) for name, members in model.groups.items()},
         bindings=tuple(_binding(model, binding) for binding in model.bindings),
         exclusive=tuple(model.exclusive),
-        gestures=_json([_gesture(body, gesture) for gesture in model.gestures]),
+        gestures=_json(tuple(_gesture(body, gesture) for gesture in model.gestures)),
         tests=_json(model.tests),
         parameters=_json(model.parameters),
         dwell=tuple(_dwell(body)),

@@ -77,6 +77,11 @@ class Part:
     machines: tuple[int, ...]
     in_motion: bool
 
+    @property
+    def is_of_states(self) -> bool:
+        """Whether it speaks of one machine's states alone."""
+        return not self.in_motion and len(self.machines) == 1
+
     def degree(self, seen: Seen) -> Degree:
         """How true it is in a frame."""
         if self._row is not None:
@@ -88,7 +93,7 @@ class Part:
     @cached_property
     def _row(self) -> NDArray[np.uint8] | None:
         """Its truth in each state of its machine; None where it does not speak of one machine's states alone."""
-        if self.in_motion or len(self.machines) != 1:
+        if not self.is_of_states:
             return None
         (machine,) = self.machines
         count = len(self.body.machines[machine].state_names)
@@ -165,6 +170,7 @@ class Truths:
         self.body = body
         self._sets: list[StateSet] = list(artifact_sets(body))
         self._known: dict[Any, int] = {}
+        self._behind: dict[tuple[str, int], set[int]] = {}
         self._truths: list[PoseTruth | Part] = []
 
     def number(self, truth: Mapping[str, Any]) -> int:
@@ -211,12 +217,34 @@ class Truths:
     def _part(self, node: Node, operations: Sequence[Operation]) -> Part:
         own = tuple(operations[node.start : node.end])
         parts = tuple(self._part(each, operations) for each in node.parts)
-        if parts:
-            machines = frozenset(machine for part in parts for machine in part.machines)
-        else:
-            machines = frozenset(m for operation in own for m in machines_of(self.body, operation, self._sets))
-        in_motion = any(operation.name in MOTION for operation in own)
-        return Part(self.body, self._sets, own, own[-1].name, parts, tuple(sorted(machines)), in_motion)
+        parts = parts if node.op == "not" else self._gathered(node.op, parts)
+        if len(parts) == 1 and node.op != "not":
+            return parts[0]
+        return self._made(own, node.op, parts)
+
+    def _gathered(self, op: str, parts: Sequence[Part]) -> tuple[Part, ...]:
+        """Parts of one `and` or `or`, those that speak of one machine's states alone as one: told at once, exactly."""
+        groups: dict[Any, list[Part]] = {}
+        for number, part in enumerate(parts):
+            groups.setdefault(part.machines if part.is_of_states else number, []).append(part)
+        gathered = []
+        for group in groups.values():
+            joined = list(group[0].operations)
+            for part in group[1:]:
+                joined += [*part.operations, Operation(op, 0, 0.0)]
+            gathered.append(group[0] if len(group) == 1 else self._made(tuple(joined), op, ()))
+        return tuple(gathered)
+
+    def _made(self, operations: tuple[Operation, ...], op: str, parts: tuple[Part, ...]) -> Part:
+        machines = {machine for operation in set(operations) for machine in self._machines_of(operation)}
+        in_motion = any(operation.name in MOTION for operation in operations)
+        return Part(self.body, self._sets, operations, op, parts, tuple(sorted(machines)), in_motion)
+
+    def _machines_of(self, operation: Operation) -> set[int]:
+        key = operation.name, operation.argument
+        if key not in self._behind:
+            self._behind[key] = machines_of(self.body, operation, self._sets)
+        return self._behind[key]
 
 
 @dataclass
