@@ -153,6 +153,9 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         said.append(f"not in the recording, so never seen: {some(report['unmatched'])}")
     if report["ignored_points"]:
         said.append(f"in the recording, but not in the binding: {some(report['ignored_points'])}")
+    if report["gestures_dropped"]:
+        times = f"{report['gestures_dropped']:,} times"
+        said.append(f"gestures may be missing: the limit of what one may have begun was reached {times}")
     return {
         "frames": frames,
         "binding": report["binding"],

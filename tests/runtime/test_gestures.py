@@ -14,7 +14,7 @@ from gesturec.compile import compile_artifact
 from gesturec.diagnostics.source import Source
 from gesturec.modeltests.run import run_tests
 from gesturec.runtime.decode import decode
-from gesturec.runtime.gestures import automaton
+from gesturec.runtime.gestures import automaton, matching
 from gesturec.runtime.gestures.run import GestureRun
 from gesturec.runtime.gestures.truths import Degree
 from gesturec.runtime.session import Session
@@ -145,6 +145,17 @@ def test_a_pattern_that_is_too_large_is_refused_by_name(monkeypatch: pytest.Monk
     monkeypatch.setattr(automaton, "MOST_STEPS", 50)
     with pytest.raises(ValueError, match=r"the gesture `g` has more than 50 steps"):
         Session(artifact)
+
+
+def test_a_limit_on_what_is_begun_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    pattern = "(p | enter(q) | enter(r)){2..} ->> s"
+    gesture = compile_artifact(Source("b.yaml", BODY.replace("PATTERN", pattern))).manifest.gestures[0]
+    for most, dropped in ((2_000, False), (3, True)):
+        monkeypatch.setattr(matching, "MOST_WALKS", most)
+        run = GestureRun(gesture)
+        for frame in range(6):
+            run.take([Degree(frame % 2, 1.0)] * 3 + [Degree(0, 1.0)], frame * 0.1, 0.0)
+        assert (run.threads.dropped > 0) is dropped
 
 
 def test_an_open_count_needs_no_more_threads_than_positions() -> None:
