@@ -14,7 +14,7 @@ from typing import Any, Final, get_args, get_origin, get_type_hints
 
 from gesturec.diagnostics.errors import ArtifactError
 
-FORMAT: Final = 1  # of the file; a reader refuses any other by name
+FORMAT: Final = 2  # of the file; a reader refuses any other by name
 MOST: Final = 1e300  # of a number; JSON has integers of any size, and spells infinity as 1e999
 UPWARDS: Final = ("x", "y", "z", "-x", "-y", "-z")  # directions of a world that can be up
 WEIGHT_SUM_TOLERANCE: Final = 1e-6  # of a binding's weights from one; people write 0.333

@@ -16,6 +16,7 @@ import numpy as np
 from gesturec.artifact.artifact import Array
 from gesturec.artifact.columns import COLUMNS, VALUE_SOURCES, Column
 from gesturec.artifact.manifest import Manifest
+from gesturec.artifact.validate_gestures import check_gestures
 from gesturec.artifact.validate_names import check_names, require
 from gesturec.artifact.validate_programs import check_programs
 
@@ -65,6 +66,7 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
         check(columns, sizes)
     check_programs(columns, sizes, max(1, len(manifest.bodies)))
     check_names(manifest, columns, sizes)
+    check_gestures(manifest, sizes)
 
 
 def _check_shape(column: Column, array: Array, sizes: dict[str, int]) -> None:

@@ -80,7 +80,7 @@ def run(options: Namespace) -> int:
     check_binding(artifact, session, options.bind)
     waiting = [job for job in jobs if not (options.resume and job.is_done())]
     outcomes = run_jobs(artifact, waiting, session, options)
-    _report(artifact, outcomes, len(jobs) - len(waiting), options)
+    _report(outcomes, len(jobs) - len(waiting), options)
     return 1 if any(outcome.error for outcome in outcomes) else 0
 
 
@@ -130,7 +130,7 @@ def check_binding(artifact: Artifact, session: dict[str, Any], given: str | None
         raise UsageError(f"{place}{error}") from error
 
 
-def _report(artifact: Artifact, outcomes: list[Outcome], skipped: int, options: Namespace) -> None:
+def _report(outcomes: list[Outcome], skipped: int, options: Namespace) -> None:
     """The summary of every recording, on standard output unless that is the result's place."""
     stream = sys.stderr if options.output == "-" else sys.stdout
     if options.json:
@@ -145,11 +145,6 @@ def _report(artifact: Artifact, outcomes: list[Outcome], skipped: int, options: 
             print(warning, file=sys.stderr)
     if skipped:
         print(f"{skipped} recordings were decoded already and left out (--resume)", file=sys.stderr)
-    if artifact.manifest.gestures:
-        from gesturec.cli.decoding import some
-
-        names = some([str(gesture["name"]) for gesture in artifact.manifest.gestures])
-        print(f"note: gestures are kept in the model, but running them is not built yet: {names}", file=sys.stderr)
 
 
 def summary_text(outcome: Outcome) -> str:
@@ -172,10 +167,16 @@ def summary_text(outcome: Outcome) -> str:
             head,
             *(table(rows) if len(rows) > 1 else ()),
             f"  frames: {status}",
+            *([f"  gestures: {_counted(summary['gestures'])}"] if summary["gestures"] else ()),
             *notes,
             f"  -> {', '.join(outcome.files)}",
         ]
     )
+
+
+def _counted(counts: dict[str, int]) -> str:
+    """`grab 2, hold 1`."""
+    return ", ".join(f"{name} {number}" for name, number in counts.items())
 
 
 def _size(value: float | None) -> str:

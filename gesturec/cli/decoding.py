@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from argparse import Namespace
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack
@@ -156,6 +157,9 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         said.append(f"in the recording, but not in the binding: {some(report['ignored_points'])}")
     if len(scale) and not 1 / ODD_SIZE <= scale[-1] <= ODD_SIZE:
         said.append(f"the body is {scale[-1]:.3g} times the model's size: are its lengths in another unit (--units)?")
+    if report["gestures_dropped"]:
+        times = f"{report['gestures_dropped']:,} times"
+        said.append(f"gestures may be missing: the limit of what one may have begun was reached {times}")
     return {
         "frames": frames,
         "binding": report["binding"],
@@ -165,6 +169,7 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         "cells": report["cells"],
         "status": dict(report["status"]),
         "machines": {name: _shares(counts, frames) for name, counts in report["machines"].items()},
+        "gestures": dict(Counter(event.name for event in decoding.events)),
         "misfit": report["misfit"],
         "misfit_frames": report["misfit_frames"],
         "unmatched": report["unmatched"],

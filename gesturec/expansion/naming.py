@@ -48,7 +48,7 @@ def model_manifest(tables: BodyTables) -> Manifest:
         groups={name: tuple(members) for name, members in model.groups.items()},
         bindings=tuple(_binding(model, binding) for binding in model.bindings),
         exclusive=tuple(model.exclusive),
-        gestures=_json(model.gestures),
+        gestures=_json(tuple(_gesture(body, gesture) for gesture in model.gestures)),
         tests=_json(model.tests),
         parameters=_json(model.parameters),
         dwell=tuple(_dwell(body)),
@@ -98,6 +98,22 @@ def _wanted(model: LoweredModel, pose: LoweredPose) -> dict[str, tuple[float | N
 def _binding(model: LoweredModel, binding: LoweredBinding) -> dict[str, Any]:
     tokens = {model.tokens[token].name: dict(parts) for token, parts in binding.tokens}
     return {"name": binding.name, "tokens": tokens, "order": list(binding.order), "up": binding.up}
+
+
+def _gesture(body: Body, gesture: Mapping[str, Any]) -> dict[str, Any]:
+    """A gesture whose truths test for states by their numbers."""
+    return {**gesture, "truths": [_truth(body, truth) for truth in gesture["truths"]]}
+
+
+def _truth(body: Body, truth: Mapping[str, Any]) -> dict[str, Any]:
+    if "program" not in truth:
+        return dict(truth)
+    program = []
+    for name, argument, value, states in truth["program"]:
+        if states is not None:
+            states = [states[0], set_members(body.states[states[0]], states[1]).tolist()]
+        program.append([name, argument, value, states])
+    return {**truth, "program": program}
 
 
 def _phases(body: Body) -> dict[str, tuple[Mapping[str, Any], ...]]:

@@ -22,6 +22,7 @@ from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.coupling import Exclusive
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.emission import Points
+from gesturec.runtime.gestures.run import GestureRuns
 from gesturec.runtime.machines import Heard, Shown, couple
 from gesturec.runtime.options import options_of
 from gesturec.runtime.record import make_record, make_step
@@ -63,6 +64,7 @@ class BodiesSession(Session):
         self._machines = [run_of(body, "machines") for body in bodies]
         owner = np.repeat(np.arange(len(bodies)), [body["machines"][1] for body in bodies])
         self._spanning = _spanning(self.body, owner)
+        self._gestures = GestureRuns(self.body)
         self._restart()
 
     def _take(self, points: Points, time: float) -> None:
@@ -93,6 +95,7 @@ class BodiesSession(Session):
         for part in self.parts:
             part._restart()
         self._memory, self._window = self.parts[0]._memory, self.parts[0]._window
+        self._gestures.restart()
 
     def _together(self, told: Sequence[Any], heard: Sequence[Heard] | None = None) -> Step:
         """One step of all bodies' decisions in a frame."""
@@ -113,7 +116,8 @@ class BodiesSession(Session):
         places = [each.shown.pose for each in told]
         candidates = [decision.candidates for decision in decisions]
         poses = hold_poses(self.body, candidates, record.state, record.joint_angle, places, self.up)
-        return self._count(self._step(steps, replace(record, poses=poses)))
+        record = self._find_gestures(replace(record, poses=poses), decisions, places)
+        return self._count(self._step(steps, record))
 
     def _step(self, steps: Sequence[Step], record: FrameRecord) -> Step:
         """The bodies' steps as one."""
@@ -127,6 +131,7 @@ class BodiesSession(Session):
             candidates=_union([step.candidates for step in steps]),
             poses=tuple(name for name, value in zip(names, record.poses, strict=True) if value == HOLDS),
             events=record.events,
+            ended=record.ended,
             why=_union([step.why for step in steps]),
             record=record,
             body_poses={name: step.pose for name, step in zip(bodies, steps, strict=True)},
@@ -166,7 +171,7 @@ def frame_status(words: Sequence[str], poses: Sequence[Any]) -> str:
 
 
 def join_records(records: Sequence[FrameRecord], status: str) -> FrameRecord:
-    """The bodies' frames as one; its poses are to be told yet, and no pose is that of the whole."""
+    """The bodies' frames as one; its poses and gestures are to be told yet, and no pose is that of the whole."""
 
     def joined(name: str) -> Any:
         return np.concatenate([getattr(record, name) for record in records])
@@ -193,7 +198,6 @@ def join_records(records: Sequence[FrameRecord], status: str) -> FrameRecord:
         decided_frame=joined("decided_frame"),
         root_residual=float("nan") if np.isnan(residual).all() else float(np.nanmax(residual)),
         poses=joined("poses"),
-        events=tuple(event for record in records for event in record.events),
         places=BodyPlaces(stacked("pose_rotation"), stacked("pose_translation"), stacked("scale")),
     )
 

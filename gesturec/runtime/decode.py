@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.session import Session
 from gesturec.runtime.status import STATUS_ID, STATUSES
-from gesturec.runtime.step import BodyPlaces, Decoding, FrameRecord, Step
+from gesturec.runtime.step import BodyPlaces, Decoding, FrameRecord, GestureEvent, Step
 from gesturec.runtime.tracker import LOST
 
 Array = NDArray[np.float64]
@@ -88,7 +88,7 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
         track=column("track", body.n_token, dtype=np.int32),
         decided_frame=column("decided_frame", machines, dtype=np.int32),
         root_residual=column("root_residual"),
-        events=tuple(event for r in records for event in r.events),
+        events=_events(records),
         poses=column("poses", len(body.artifact.manifest.poses), dtype=np.uint8),
         why=tuple(step.why for step in steps),
         report=make_report(session, steps),
@@ -97,6 +97,12 @@ def _stack(session: Session, steps: Sequence[Step], recording: RecordingLike) ->
         places=_places(records, len(session.artifact.manifest.bodies)),
         message=tuple(step.message for step in steps),
     )
+
+
+def _events(records: Sequence[FrameRecord]) -> tuple[GestureEvent, ...]:
+    """Every gesture once, with its end where that is known."""
+    ends = {event._replace(end=None): event for record in records for event in record.ended}
+    return tuple(ends.get(event, event) for record in records for event in record.events)
 
 
 def _places(records: Sequence[FrameRecord], n_body: int) -> BodyPlaces | None:
@@ -149,6 +155,7 @@ def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
         "noise": session.noise,
         "cells": dict(session.cells),
         "up": session.up,
+        "gestures_dropped": session.gestures_dropped,
         "unmatched": list(session.plan.unmatched) if session.plan else [],
         "ignored_points": list(session.plan.ignored) if session.plan else [],
         "status": {name: count for name, count in statuses.items() if count},

@@ -102,6 +102,8 @@ def make_step(body: Body, shown: Shown, record: FrameRecord, decisions: Sequence
         pose=None if pose is None else Pose(pose.rotation, pose.translation),
         scale=record.scale,
         poses=tuple(name for name, holds in zip(body.artifact.manifest.poses, holding, strict=True) if holds),
+        events=record.events,
+        ended=record.ended,
         why={t.name: _why(d) for t, d in named},
         record=record,
     )

@@ -1,7 +1,7 @@
 """A session: points in, one frame at a time; states, pose and what is not known out.
 
 `Session.step` is the table of contents of a frame: bind → time → take in (noise, tracks, pose) → the frame
-that is due, in the light of those since → each machine's decoder → `Step`. What is carried from frame to
+that is due, in the light of those since → each machine's decoder → gestures → `Step`. What is carried from frame to
 frame is the session's own; the tables are the artifact's. After construction nothing that is fed raises.
 """
 
@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -19,10 +20,13 @@ from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.arrays import Array, seen_rows
 from gesturec.runtime.bindings import Plan, bind_rows, choose_binding, plan, resolve_binding
 from gesturec.runtime.body import Body, lay_out
+from gesturec.runtime.decision import Decision
 from gesturec.runtime.decoders import make_decoders
 from gesturec.runtime.emission import Points
 from gesturec.runtime.expectation import Limbs, expect_limbs
 from gesturec.runtime.frame import Memory, literal_points, literal_pose, start_memory, take
+from gesturec.runtime.gestures.run import GestureRuns
+from gesturec.runtime.gestures.truths import seen_of
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
 from gesturec.runtime.machines import Decoder, Shown, run_ahead, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
@@ -31,7 +35,7 @@ from gesturec.runtime.pose import PoseEstimate, start_size
 from gesturec.runtime.pose_filter import PoseFilter
 from gesturec.runtime.record import make_record, make_step
 from gesturec.runtime.starting import start_masks
-from gesturec.runtime.step import Step
+from gesturec.runtime.step import FrameRecord, Step
 from gesturec.runtime.tracking import make_tracker
 
 Given = ArrayLike | Mapping[str, ArrayLike]
@@ -79,6 +83,7 @@ class Session:
         self.plan: Plan | None = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
         self.counts: Counter[str] = Counter()
         self.cells: dict[str, int] = {}  # of each machine's lattice, chosen by the noise of the first frame
+        self._gestures = GestureRuns(self.body)
         self._size = start_size(self.options.scale)
         self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0, math.exp(self._size.log_scale))
         told = self.options
@@ -103,6 +108,11 @@ class Session:
     def up(self) -> str | None:
         """The world's upward axis, from the recording, else from the binding."""
         return self.options.up or (None if self.plan is None else self.plan.binding.up)
+
+    @property
+    def gestures_dropped(self) -> int:
+        """How often a limit on what a gesture may have begun was reached."""
+        return self._gestures.dropped
 
     def step(self, points: Given, time: float, covariance: ArrayLike | None = None) -> Step:
         """Take one frame and give back the frame that is due (with a lag, an earlier one).
@@ -205,7 +215,15 @@ class Session:
 
     def _tell(self, shown: Shown, decisions: Any) -> Step:
         record = make_record(self.body, shown, decisions, self.up)
+        record = self._find_gestures(record, decisions, [shown.pose])
         return self._count(make_step(self.body, shown, record, decisions))
+
+    def _find_gestures(
+        self, record: FrameRecord, decisions: Sequence[Decision], places: Sequence[PoseEstimate | None]
+    ) -> FrameRecord:
+        """A frame with the gestures that it decides, and those that are over in it."""
+        found = self._gestures.take(seen_of(decisions, places, self.up), record.time, self._memory.time)
+        return replace(record, events=found.events, ended=found.ended)
 
     def _bind(self, points: Given, covariance: ArrayLike | None) -> Points:
         """Rows of tokens, with whatever is not finite as not seen."""
@@ -260,6 +278,7 @@ class Session:
         self._may_rebind = self.options.bind is None and self.options.names is None  # other names, maybe
         self._decoders, self._carried = (), []  # made for the noise of the first frame
         self._angles, self._last_pose, self._frame, self._ahead = self.body.middle, None, 0, None
+        self._gestures.restart()
 
 
 def known_covariances(spread: Array) -> Array:

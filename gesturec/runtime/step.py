@@ -44,8 +44,8 @@ class GestureEvent(NamedTuple):
     name: str
     start: float
     end: float | None
-    decided: float
-    confidence: float
+    decided: float  # time of the newest frame that was known when it was told
+    confidence: float  # of its steps the least: how probable a step's truth was at its most, or an end at its moment
 
 
 class MachineWhy(NamedTuple):
@@ -81,6 +81,7 @@ class FrameRecord:
     root_residual: float  # root mean square of the root tokens' residuals, m
     poses: NDArray[np.uint8]  # (n_pose,) 1 holds, 0 not, 2 unknown
     events: tuple[GestureEvent, ...] = ()
+    ended: tuple[GestureEvent, ...] = ()
     places: BodyPlaces | None = None  # of several bodies, whose pose above is NaN
 
 
@@ -108,6 +109,8 @@ class Step:
         Names of the poses that hold in every state still possible.
     events
         Gestures that were decided in this frame.
+    ended
+        Gestures of before that are over: as they were told in `events`, now with their `end`.
     why
         Machine's name to what its answer rests on.
     message
@@ -125,6 +128,7 @@ class Step:
     scale: float = float("nan")
     poses: tuple[str, ...] = ()
     events: tuple[GestureEvent, ...] = ()
+    ended: tuple[GestureEvent, ...] = ()
     why: Mapping[str, MachineWhy] = field(default_factory=dict)
     message: str = ""
     record: FrameRecord | None = field(default=None, repr=False)
@@ -160,7 +164,7 @@ class Decoding:
     track: NDArray[np.int32]  # (n_frame, n_token) index into `tracker.TRACK_STATES`
     decided_frame: NDArray[np.int32]  # (n_frame, n_machine) frame that settled the state; -1 undecided
     root_residual: Array  # (n_frame,) m
-    events: tuple[GestureEvent, ...]
+    events: tuple[GestureEvent, ...]  # each once, with its end where that is known
     poses: NDArray[np.uint8]  # (n_frame, n_pose) 1 holds, 0 not, 2 unknown
     why: tuple[Mapping[str, MachineWhy], ...]  # one a frame
     report: Mapping[str, Any]  # counts of what was changed, ignored, decided

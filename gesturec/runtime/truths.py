@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,13 @@ MOSTLY: Final = 0.5  # probability of the still model beyond which the body is s
 NOWHERE: Final = np.full(3, np.nan)
 
 
+class StateSet(NamedTuple):
+    """States of one machine that a program tests for."""
+
+    machine: int
+    states: NDArray[np.int32]  # local ids
+
+
 def hold_poses(
     body: Body,
     candidates: Sequence[Ids],
@@ -37,18 +44,18 @@ def hold_poses(
     up: str | None,
 ) -> NDArray[np.uint8]:
     """Truth of each pose, (n_pose,); `places` has the one body's pose, or each of several bodies'."""
-    truth = _by_states(body, candidates)
+    truth = poses_by_states(body, candidates)
     programs = body.artifact.columns["pose_program"]
     asked = np.flatnonzero((programs >= 0) & (truth != HOLDS_NOT))
     if len(asked):
-        environment = LeafEnvironment(_leaves(body, state, angles, places, up))
+        environment = LeafEnvironment(leaves_of(body, state, angles, places, up, artifact_sets(body)))
         for index in asked:
             truth[index] = _word(float(np.ravel(evaluate(body.chain.programs, int(programs[index]), environment))[0]))
     return truth
 
 
-def _by_states(body: Body, candidates: Sequence[Ids]) -> NDArray[np.uint8]:
-    """Kleene's and over machines: unknown where a machine's candidates differ."""
+def poses_by_states(body: Body, candidates: Sequence[Ids]) -> NDArray[np.uint8]:
+    """Truth of each pose by its states: Kleene's and over machines, unknown where a machine's candidates differ."""
     table = body.artifact.columns["pose_state"]
     truth = np.full(len(table), HOLDS, dtype=np.uint8)
     for machine, states in enumerate(candidates):
@@ -64,27 +71,39 @@ def _word(value: float) -> int:
     return UNKNOWN if np.isnan(value) else HOLDS if value > 0 else HOLDS_NOT
 
 
-def _leaves(
-    body: Body, state: NDArray[np.int32], angles: Array, places: Sequence[PoseEstimate | None], up: str | None
-) -> dict[str, Callable[[int], ArrayLike]]:
-    """What an expression may ask of one frame; NaN where it is not known."""
+def artifact_sets(body: Body) -> Sequence[StateSet]:
+    """The sets of states that the artifact's programs test, by number."""
     columns = body.artifact.columns
+    named = zip(columns["set_machine"], columns["set_start"], columns["set_count"], strict=True)
+    return [StateSet(int(machine), columns["set_state"][start : start + count]) for machine, start, count in named]
+
+
+def leaves_of(
+    body: Body,
+    state: NDArray[np.int32],
+    angles: Array,
+    places: Sequence[PoseEstimate | None],
+    up: str | None,
+    sets: Sequence[StateSet],
+) -> dict[str, Callable[[int], ArrayLike]]:
+    """What an expression may ask of one frame; NaN where it is not known.
+
+    Machines' states (..., n_machine), -1 undecided, and joint values (..., n_joint) of one or many configurations.
+    """
 
     def token_in(segment: int, token: int) -> Array:
         positions = positions_in(body.chain, complete_angles(body.chain, angles), segment)
-        return np.asarray(positions[token])
+        return np.asarray(positions[..., token, :])
 
     def local_token(token: int) -> Array:
-        limb = int(columns["segment_limb"][columns["token_segment"][token]])
-        return token_in(0 if limb < 0 else int(columns["limb_parent"][limb]), token)
+        return token_in(base_of(body, token), token)
 
-    def state_in(index: int) -> float:
-        start, count = (int(columns[f"set_{part}"][index]) for part in ("start", "count"))
-        decided = int(state[columns["set_machine"][index]])
-        return np.nan if decided < 0 else float(decided in columns["set_state"][start : start + count])
+    def state_in(index: int) -> ArrayLike:
+        machine, members = sets[index]
+        return np.where(state[..., machine] < 0, np.nan, np.isin(state[..., machine], members).astype(float))
 
-    def cycle_at(machine: int) -> float:
-        return np.nan if state[machine] < 0 else float(body.machines[machine].at[state[machine]])
+    def cycle_at(machine: int) -> ArrayLike:
+        return np.where(state[..., machine] < 0, np.nan, body.machines[machine].at[state[..., machine]])
 
     def rate(index: int) -> Array:
         pose = places[index // OF_BODY["world_rate"]]
@@ -104,7 +123,7 @@ def _leaves(
 
     def world_token(token: int) -> Array:
         pose = places[owner_of(body.artifact.manifest, token)]
-        return NOWHERE if pose is None else pose.to_world(token_in(0, token))
+        return NOWHERE if pose is None else _in_world(pose, token_in(0, token))
 
     def in_world(limb: int) -> list[ThickLine] | None:
         pose = places[owner_of(body.artifact.manifest, limb, "limbs")]
@@ -112,14 +131,14 @@ def _leaves(
             return None
         size = float(np.exp(pose.log_scale))
         lines = thick_lines(body.chain, _by_joint(body, angles), limb)
-        return [ThickLine(pose.to_world(line.start), pose.to_world(line.end), size * line.radius) for line in lines]
+        return [ThickLine(_in_world(pose, line.start), _in_world(pose, line.end), size * line.radius) for line in lines]
 
     def world_clearance(pair: int) -> ArrayLike:
         one, other = map(in_world, unpack_limbs(pair))
         return np.nan if one is None or other is None else gap(one, other)
 
     return {
-        "joint": lambda joint: angles[joint],
+        "joint": lambda joint: angles[..., joint],
         "token": lambda token: token_in(0, token),
         "local_token": local_token,
         "world_token": world_token,
@@ -133,6 +152,18 @@ def _leaves(
         "clearance": lambda pair: clearance(body.chain, _by_joint(body, angles), *unpack_limbs(pair)),
         "world_clearance": world_clearance,
     }
+
+
+def base_of(body: Body, token: int) -> int:
+    """The segment that a token's limb hangs from."""
+    columns = body.artifact.columns
+    limb = int(columns["segment_limb"][columns["token_segment"][token]])
+    return 0 if limb < 0 else int(columns["limb_parent"][limb])
+
+
+def _in_world(pose: PoseEstimate, points: Array) -> Array:
+    """Points (..., 3) of the intrinsic frame, at the model's size, in the world."""
+    return np.asarray(np.exp(pose.log_scale) * points @ pose.rotation.T + pose.translation)
 
 
 def owner_of(manifest: Manifest, number: int, what: str = "tokens") -> int:
@@ -150,4 +181,4 @@ def upwards(up: str | None) -> Array:
 
 
 def _by_joint(body: Body, angles: Array) -> dict[int, Array]:
-    return dict(enumerate(complete_angles(body.chain, angles)))
+    return dict(enumerate(np.moveaxis(complete_angles(body.chain, angles), -1, 0)))

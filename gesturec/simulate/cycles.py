@@ -28,6 +28,9 @@ Mask = NDArray[np.bool_]
 LINGER: Final = 4.0
 """Cost of a tick outside a pose during the rest around its moment."""
 
+END_REST: Final = 0.8
+"""Seconds that the last pose is rested in, a third of the way to it at most: who stops is seen to have stopped."""
+
 ASTRAY: Final = 0.2
 """Cost of a tick in neither the last pose nor the next."""
 
@@ -175,6 +178,7 @@ def _wish(tables: MachineTables, machine: int, moments: Sequence[Moment], ticks:
     cost = cost + IDLE * ((must_go[last] | must_go[following])[:, None] & np.isnan(tables.at))
     near = np.argmin(np.abs(ticks[:, None] - times), axis=1)
     rests = (np.abs(ticks - times[near]) <= REST_SHARE * leg + 1e-9) | (len(moments) == 1)
+    rests |= times[-1] - ticks <= min(END_REST, leg / 3) + 1e-9
     cost = cost + LINGER * (rests[:, None] & ~allowed[near])
     for moment, when in enumerate(times):
         nearest = int(np.argmin(np.abs(ticks - when)))

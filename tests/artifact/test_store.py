@@ -223,7 +223,7 @@ HUGE = 1 << 39
         (2).to_bytes(8, "little") + b"{}",
         (2_000_000).to_bytes(8, "little") + b"[" * 2_000_000,
         (100_004).to_bytes(8, "little") + b'{"":' + b"1" * 100_000,
-        with_manifest(format=2),
+        with_manifest(format=3),
         with_manifest(format="1"),
         with_manifest(surprise=1),
         with_manifest(joints=[]),
@@ -300,8 +300,8 @@ def test_claimed_sizes_are_never_allocated() -> None:
 
 
 def test_a_newer_format_is_refused_by_name() -> None:
-    with pytest.raises(ArtifactError, match="format 2"):
-        read_artifact(with_manifest(format=2))
+    with pytest.raises(ArtifactError, match="format 3"):
+        read_artifact(with_manifest(format=3))
 
 
 def _set(index: int, value: float) -> Callable[[np.ndarray], None]:

@@ -12,7 +12,7 @@ import pytest
 from gesturec.cli.main import main
 from gesturec.compile import compile_artifact
 from gesturec.diagnostics.source import Source
-from gesturec.modeltests.run import NO_GESTURES, Outcome, run_tests, within_level
+from gesturec.modeltests.run import Outcome, run_tests, within_level
 from gesturec.scaffold import new_model
 
 BODY = new_model("body", "finger").split("tests:")[0]
@@ -38,18 +38,23 @@ def test_a_hidden_finger_fails_with_both_numbers() -> None:
     assert f"{100 * outcome.within_level:.2f} %" in outcome.why
 
 
-def test_gestures_are_not_run_and_never_pass_by_silence() -> None:
+def test_gestures_that_are_expected_or_must_not_be() -> None:
     first, second, third, fourth = outcomes(
-        "{name: a, path: open -> bent, expect: [hold]}",
-        "{name: b, path: open -> bent, never: [hold], within_level: 1 %}",
-        "{name: c, path: open -> bent, never: [hold], within_level: 100 %, noise: 50 mm}",
+        "{name: a, path: open -> bent, duration: 2 s, expect: [hold]}",
+        "{name: b, path: open -> bent, duration: 2 s, never: [hold], within_level: 1 %}",
+        "{name: c, path: open, never: [hold]}",
         "{path: open -> bent}",
     )
-    assert (first.status, first.why) == ("not run", NO_GESTURES)
-    assert second.status == "not run"
-    assert third.status == "failed"
+    assert (first.status, first.why, first.gestures) == ("passed", "", ("hold",))
+    assert (second.status, second.why) == ("failed", "`hold` was found and must not be")
+    assert (third.status, third.gestures) == ("passed", ())
     assert (fourth.name, fourth.status) == ("test 4", "not run")
     assert "asks for nothing" in fourth.why
+
+
+def test_a_gesture_that_is_missing_fails_with_what_was_found() -> None:
+    (outcome,) = outcomes("{name: a, path: open, expect: [hold]}")
+    assert (outcome.status, outcome.why) == ("failed", "`hold` was expected and not found; found was nothing")
 
 
 def test_within_level_by_hand() -> None:
@@ -82,15 +87,16 @@ def test_the_command_tells_and_fails(tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_a_file_of_which_nothing_was_run_is_not_green(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], form: list[str]
 ) -> None:
-    silent = "  - {name: a, path: open -> bent, expect: [hold]}\n  - {name: b, path: open -> bent, never: [hold]}\n"
+    silent = "  - {name: a, path: open -> bent}\n  - {name: b, path: open -> bent}\n"
+    nothing = "it asks for nothing: no expect, never or within_level"
     path = tmp_path / "body.yaml"
     path.write_text(f"{BODY}tests:\n{silent}", encoding="utf-8")
     assert main(["test", str(path), *form]) == 1
-    assert capsys.readouterr().err == f"error: NO TEST WAS RUN of 2: {NO_GESTURES}\n"
+    assert capsys.readouterr().err == f"error: NO TEST WAS RUN of 2: {nothing}\n"
     passes = "  - {name: c, path: open -> bent, within_level: 1 %}\n"
     path.write_text(f"{BODY}tests:\n{silent}{passes}", encoding="utf-8")
     assert main(["test", str(path), *form]) == 0
-    assert capsys.readouterr().err == f"warning: 2 of 3 tests were NOT RUN: {NO_GESTURES}\n"
+    assert capsys.readouterr().err == f"warning: 2 of 3 tests were NOT RUN: {nothing}\n"
     fails = "  - {name: d, path: open -> bent, noise: 80 mm, within_level: 100 %}\n"
     path.write_text(f"{BODY}tests:\n{silent}{fails}", encoding="utf-8")
     assert main(["test", str(path), *form]) == 1

@@ -243,9 +243,14 @@ def test_gaps_of_hours_and_years_are_gaps(hand: Artifact, take: Any, decoder: st
 
 @pytest.mark.parametrize(
     "covariance",
-    [-1e-4 * np.eye(3), 1e-4 * np.array([[1, 5, 0], [5, 1, 0], [0, 0, 1]]), 1e-4 * np.array([[1, 0, 0], [5, 1, 0], [0, 0, 1.0]]), np.zeros((3, 3))],
+    [
+        -1e-4 * np.eye(3),
+        1e-4 * np.array([[1, 5, 0], [5, 1, 0], [0, 0, 1]]),
+        1e-4 * np.array([[1, 0, 0], [5, 1, 0], [0, 0, 1]]),
+        np.zeros((3, 3)),
+    ],
     ids=["negative", "indefinite", "not symmetric", "zero"],
-)  # fmt: skip
+)
 def test_what_is_no_covariance_is_not_known(hand: Artifact, take: Any, covariance: np.ndarray) -> None:
     spread = np.tile(covariance, (len(take.names), 1, 1))
     told, free = (Session(hand, rate=25, names=take.names) for _ in range(2))
