@@ -155,8 +155,9 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         said.append(f"not in the recording, so never seen: {some(report['unmatched'])}")
     if report["ignored_points"]:
         said.append(f"in the recording, but not in the binding: {some(report['ignored_points'])}")
-    if len(scale) and not 1 / ODD_SIZE <= scale[-1] <= ODD_SIZE:
-        said.append(f"the body is {scale[-1]:.3g} times the model's size: are its lengths in another unit (--units)?")
+    if report["size_seen"] > ODD_SIZE or report["size_seen"] < 1 / ODD_SIZE:
+        times = f"{report['size_seen']:.3g} times the model's size"
+        said.append(f"the points are {times}: are they in another unit (--units)?")
     if report["gestures_dropped"]:
         times = f"{report['gestures_dropped']:,} times"
         said.append(f"gestures may be missing: the limit of what one may have begun was reached {times}")

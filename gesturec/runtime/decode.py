@@ -153,6 +153,7 @@ def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
         "frames": len(steps),
         "binding": session.binding,
         "noise": session.noise,
+        "size_seen": _size_seen(session, steps),
         "cells": dict(session.cells),
         "up": session.up,
         "gestures_dropped": session.gestures_dropped,
@@ -163,6 +164,18 @@ def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
         "misfit_frames": bad,
         "misfit": bool(located) and bad > MISFIT_SHARE * len(located),
     }
+
+
+def _size_seen(session: Session, steps: Sequence[Step]) -> float:
+    """How far apart the root's tokens are over the model's; NaN where fewer than two are seen, or of several bodies."""
+    body, ratios = session.body, []
+    for step in [] if session.artifact.manifest.bodies else steps:
+        measured = None if step.record is None else step.record.measured[body.root_tokens]
+        seen = np.zeros(0, bool) if measured is None else np.isfinite(measured).all(1)
+        if measured is not None and seen.sum() >= 2:
+            apart = [np.linalg.norm(x - x.mean(0), axis=1).sum() for x in (measured[seen], body.root_positions[seen])]
+            ratios.append(float(apart[0] / max(apart[1], 1e-12)))
+    return float(np.median(ratios)) if ratios else float("nan")
 
 
 def _machine_report(name: str, steps: Sequence[Step]) -> dict[str, int]:

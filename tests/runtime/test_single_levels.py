@@ -19,7 +19,7 @@ root:
 limbs:
   arm:
     chain:
-      - {joint: still, at: [100, 0, 0], axis: z, levels: [0]}
+      - {joint: stiff, at: [100, 0, 0], axis: z, levels: [0]}
       - {joint: bend, axis: y, levels: LEVELS}
       - {token: tip, at: [80, 0, 0]}
 """
