@@ -87,6 +87,8 @@ def rest_weight(axis: Axis, share: float) -> Array:
         own = axis.level == level
         low, width = axis.low[own], (axis.high - axis.low)[own]
         half = max(float(axis.high[own].max()) - value, value - float(low.min()))
+        if not half > 0:
+            continue  # a joint of one level, whose cell has no width
         x = low[:, None] + width[:, None] * (np.arange(PLACES) + 0.5) / PLACES
         likely = np.exp(-0.5 * ((x - value) / (share * half)) ** 2).mean(1)
         weight[own] = likely / (likely @ width / width.sum())

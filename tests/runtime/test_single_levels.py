@@ -25,6 +25,7 @@ limbs:
 """
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("levels, states", [("[0]", 1), ("[-30, 0, 30]", 3)])
 @pytest.mark.parametrize("decoder", ["forward", "viterbi", "fuzzy", "nearest"])
 def test_one_level_is_a_state_too(tmp_path: Path, decoder: str, levels: str, states: int) -> None:
