@@ -213,3 +213,17 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     opened = Browser(program, tmp_path_factory.mktemp("browser"))
     yield opened
     opened.close()
+
+
+@pytest.fixture
+def opened(browser: Browser, tmp_path: Path) -> Any:
+    """Write a page, open it, and fail on any fault of its script."""
+
+    def open_page(text: str, hash: str = "") -> Any:
+        path = tmp_path / "page.html"
+        path.write_text(text, encoding="utf-8")
+        browser.open(path, hash)
+        assert browser.run("document.documentElement.dataset.error || null") is None
+        return browser
+
+    return open_page

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,20 +17,6 @@ from gesturec.view.page import render_page
 LIT = "[...document.querySelectorAll('.node.lit')].map((node) => node.dataset.state)"
 FAULT = "document.documentElement.dataset.error || null"
 HATCHED = "[...document.querySelectorAll('#ribbon rect.undecided')].map((rect) => rect.getAttribute('fill'))"
-
-
-@pytest.fixture
-def opened(browser: Any, tmp_path: Path) -> Any:
-    """Write a page, open it, and fail on any fault of its script."""
-
-    def open_page(text: str, hash: str = "") -> Any:
-        path = tmp_path / "page.html"
-        path.write_text(text, encoding="utf-8")
-        browser.open(path, hash)
-        assert browser.run(FAULT) is None
-        return browser
-
-    return open_page
 
 
 def test_the_slider_moves_the_lit_state(hand: Artifact, make_take: Any, opened: Any) -> None:

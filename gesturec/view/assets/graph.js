@@ -127,21 +127,26 @@ function drawTrail(machine) {
   }
 }
 
+/** What is to be chosen about a graph: each button's text, whether it is pressed, and what it changes of the view. */
+function panelChoices(graph, panel) {
+  const choices = isLarge(graph) ? [["near the state", false], ["whole", true]].map(([text, whole]) => ({text, title: "", pressed: view.whole === whole, change: {whole}})) : [];
+  if (panel < 0) return choices;
+  return [...choices, ...graph.panels.map((each, k) => {
+    const kept = view.panel === k;
+    return {text: each.title + (kept ? " ⚲" : ""), title: kept ? "back to the slice of the current state" : "show this slice", pressed: k === panel, change: {panel: kept ? -1 : k}};
+  })];
+}
+
+/** Buttons stay the same elements, so that the focus stays and no press is lost while a take plays. */
 function panelButtons(graph, panel) {
-  const box = $("panels");
-  box.replaceChildren();
-  if (isLarge(graph)) {
-    for (const [text, whole] of [["near the state", false], ["whole", true]]) {
-      const button = make("button", {type: "button", "aria-pressed": String(view.whole === whole)}, text);
-      button.addEventListener("click", () => show({whole}));
-      box.append(button);
-    }
-  }
-  if (panel < 0) return;
-  graph.panels.forEach((each, k) => {
-    const button = make("button", {type: "button", "aria-pressed": String(k === panel), title: view.panel === k ? "back to the slice of the current state" : "show this slice"}, each.title + (view.panel === k ? " ⚲" : ""));
-    button.addEventListener("click", () => show({panel: view.panel === k ? -1 : k}));
-    box.append(button);
+  const box = $("panels"), choices = graph ? panelChoices(graph, panel) : [];
+  while (box.children.length > choices.length) box.lastChild.remove();
+  choices.forEach(({text, title, pressed, change}, k) => {
+    const button = box.children[k] || box.appendChild(make("button", {type: "button"}));
+    if (button.textContent !== text) button.textContent = text;
+    button.title = title;
+    button.setAttribute("aria-pressed", String(pressed));
+    button.onclick = () => show(change);
   });
 }
 
@@ -150,8 +155,8 @@ function drawGraph() {
   if (!machine) return;
   const panel = machine.graph ? shownPanel(machine.graph, machine) : -1;
   if (built.machine !== view.machine || built.panel !== panel) buildGraph(machine, panel);
-  if (!machine.graph) return;
   panelButtons(machine.graph, panel);
+  if (!machine.graph) return;
   if (!frameCount) return;
   markNodes(machine);
   drawTrail(machine);

@@ -101,6 +101,7 @@ function toggle() {
   if (view.playing) { last = null; requestAnimationFrame(play); }
 }
 
+const TURN = 0.1, CLOSER = 1.15;  // rad and times that one key turns the body and brings it closer
 function onKey(event) {
   if (event.target.tagName === "SELECT" || event.ctrlKey || event.altKey || event.metaKey) return;
   const stride = event.shiftKey ? 10 : 1, machines = Math.max(1, data.machines.length);
@@ -111,6 +112,12 @@ function onKey(event) {
     End: () => show({frame: frameCount - 1, playing: false}),
     ArrowUp: () => show({machine: (view.machine + machines - 1) % machines, panel: -1}),
     ArrowDown: () => show({machine: (view.machine + 1) % machines, panel: -1}),
+    a: () => turn(TURN, 0),
+    d: () => turn(-TURN, 0),
+    w: () => turn(0, TURN),
+    s: () => turn(0, -TURN),
+    q: () => zoomBody(1 / CLOSER),
+    e: () => zoomBody(CLOSER),
     "+": () => zoomTime(0.5),
     "-": () => zoomTime(2),
     " ": toggle,

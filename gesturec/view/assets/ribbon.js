@@ -1,13 +1,15 @@
 // States over time: one row a machine, runs merged, what is undecided hatched; then status, gestures and poses.
 
-const ROW = 21, GAP = 4, LEFT = 104, RIGHT = 8;
+const ROW = 21, GAP = 4, RIGHT = 8;
+const GRAIN = 1.5;  // px: of stretches below it none could be seen
+const LETTER = 6.6;  // px of a letter of a row's name, about
 // One colour a status by what it asks of the reader: fine, carried on, open, wrong, unknown.
 const STATUS_COLORS = {
   ok: "#a9d8b8", partial: "#cde6c3", coasting: "#f1df9a", any: "#e3e5e8", undecided: "#d3d6da", "partly-misfit": "#f5c6b8", misfit: "#f0a38f", lost: "#f0a38f",
   "pose-held": "#cbb9e3", "pose-unknown": "#b79bd9", "no-tokens": "#b79bd9", "time-refused": "#9aa0a8", "input-refused": "#9aa0a8", starting: "#e3e5e8",
 };
 const SHORTEST = 20;  // frames of the narrowest window
-const ribbon = {width: 0, playhead: null, names: [], rows: [], from: 0, to: Math.max(1, frameCount)};
+const ribbon = {width: 0, left: 0, playhead: null, names: [], rows: [], from: 0, to: Math.max(1, frameCount)};
 
 /** Stretches of frames with one key: [[start, end, key], ...], end not included. */
 function runsOf(key) {
@@ -20,10 +22,26 @@ function runsOf(key) {
   return runs;
 }
 
+/** What of a window's runs is drawn: neighbours below a grain's width become one, of the gravest that is among them. */
+function drawnRuns(runs, gravity) {
+  const grain = GRAIN * (ribbon.to - ribbon.from) / Math.max(1, ribbon.width - ribbon.left - RIGHT), drawn = [];
+  let open = null, heaviest = 0;
+  for (const run of runs) {
+    const long = run[1] - run[0];
+    if (run[1] <= ribbon.from || run[0] >= ribbon.to) continue;
+    if (grain <= 1 || long >= grain) { drawn.push(run); open = null; continue; }
+    if (!open || open[1] - open[0] >= grain) { drawn.push(open = [...run]); heaviest = long; continue; }
+    open[1] = run[1];
+    const graver = gravity(run[2]) - gravity(open[2]);
+    if (graver > 0 || (graver === 0 && long > heaviest)) { open[2] = run[2]; heaviest = long; }
+  }
+  return drawn;
+}
+
 /** Where a frame is across the ribbon; frames outside the window are at its edges. */
 function xOf(frame) {
   const share = (frame - ribbon.from) / (ribbon.to - ribbon.from);
-  return LEFT + Math.max(0, Math.min(1, share)) * (ribbon.width - LEFT - RIGHT);
+  return ribbon.left + Math.max(0, Math.min(1, share)) * (ribbon.width - ribbon.left - RIGHT);
 }
 
 /** A run as a rectangle with its name where that fits. */
@@ -43,12 +61,22 @@ function spanText(run) {
   return `${clockText(run[0])} to ${clockText(end)}`;
 }
 
+/** How much a reader wants to see a stretch: what is wrong before what is open, and that before a state. */
+function machineGravity(key) {
+  return key >= 0 ? 0 : isWrong(key) ? 2 : 1;
+}
+
+function wordOf(key) {
+  return data.statuses[-1 - key] ? data.statuses[-1 - key][0] : "undecided";
+}
+
+const isWrong = (key) => ["misfit", "lost"].includes(wordOf(key));
+
 /** How a stretch of one state looks; of an undecided one the states still possible are named where there is room. */
 function stateLook(machine, run) {
   const [start, end, key] = run;
   if (key >= 0) return {fill: machine.colors[key] || "#b9cdea", text: machine.states[key]};
-  const word = data.statuses[-1 - key] ? data.statuses[-1 - key][0] : "undecided", wrong = word === "misfit" || word === "lost";
-  if (wrong) return {fill: "url(#alarm)", kind: "undecided misfit", text: word};
+  if (isWrong(key)) return {fill: "url(#alarm)", kind: "undecided misfit", text: wordOf(key)};
   const middle = Math.floor((start + end) / 2), count = machine.inside[middle], some = candidates(machine, middle).slice(0, count).map(([s]) => machine.states[s]);
   const set = count && count === some.length && count < 4 ? `undecided: ${some.join(" or ")}` : null;
   return {fill: "url(#hatch)", kind: "undecided", text: [set, count ? `undecided: one of ${count} states (90 %)` : null, "undecided"]};
@@ -110,8 +138,8 @@ function poseSpans() {
 }
 
 function rowName(root, text, y, machine = null) {
-  const short = text.length > 15 ? `${text.slice(0, 14)}…` : text;
-  const name = svg("text", {x: LEFT - 8, y: y + ROW / 2 + 4, "text-anchor": "end", class: machine === null ? "name soft" : "name", "data-machine": machine}, short);
+  const most = Math.floor(ribbon.left / LETTER), short = text.length > most ? `${text.slice(0, most - 1)}…` : text;
+  const name = svg("text", {x: ribbon.left - 8, y: y + ROW / 2 + 4, "text-anchor": "end", class: machine === null ? "name soft" : "name", "data-machine": machine}, short);
   name.append(svg("title", {}, text));
   if (machine !== null) name.addEventListener("pointerdown", (event) => { event.stopPropagation(); show({machine, panel: -1}); });
   root.append(name);
@@ -119,7 +147,7 @@ function rowName(root, text, y, machine = null) {
 }
 
 function laneBack(root, y) {
-  root.append(svg("rect", {x: LEFT, y, width: ribbon.width - LEFT - RIGHT, height: ROW, class: "lane", rx: 2}));
+  root.append(svg("rect", {x: ribbon.left, y, width: ribbon.width - ribbon.left - RIGHT, height: ROW, class: "lane", rx: 2}));
 }
 
 function spanRows(root, name, spans, y) {
@@ -135,7 +163,7 @@ function timeAxis(root, y) {
   const known = times.subarray(ribbon.from, ribbon.to).filter(Number.isFinite);
   if (known.length < 2) return;
   const first = Math.min(known[0], known[known.length - 1]), last = Math.max(known[0], known[known.length - 1]);
-  const step = nice(Math.max(1e-6, (last - first) / Math.max(2, (ribbon.width - LEFT) / 90)) * 2);
+  const step = nice(Math.max(1e-6, (last - first) / Math.max(2, (ribbon.width - ribbon.left) / 90)) * 2);
   const digits = Math.max(0, -Math.floor(Math.log10(step)));
   for (let k = Math.ceil(first / step); k * step <= last; k++) {
     const x = xOf(frameAt(k * step));
@@ -147,6 +175,7 @@ function buildRibbon() {
   const box = $("ribbon");
   box.replaceChildren();
   ribbon.width = box.clientWidth;
+  ribbon.left = Math.round(Math.max(66, Math.min(104, ribbon.width / 5)));
   ribbon.names = [];
   ribbon.rows = [];
   if (!frameCount) { box.append(make("p", {class: "empty"}, "no frames: nothing was decoded")); return; }
@@ -157,11 +186,12 @@ function buildRibbon() {
     rowName(root, machine.name, y, m);
     laneBack(root, y);
     ribbon.rows.push([y - GAP / 2, y + ROW + GAP / 2]);
-    for (const run of runsOf((frame) => machineKey(machine, frame))) block(root, run, y, ROW, stateLook(machine, run));
+    machine.runs ??= runsOf((frame) => machineKey(machine, frame));
+    for (const run of drawnRuns(machine.runs, machineGravity)) block(root, run, y, ROW, stateLook(machine, run));
     y += ROW + GAP;
   });
   rowName(root, "status", y);
-  for (const run of runsOf((frame) => statuses[frame])) {
+  for (const run of drawnRuns(runsOf((frame) => statuses[frame]), (status) => status)) {
     const [word, doc] = data.statuses[run[2]];
     block(root, run, y, ROW - 6, {fill: STATUS_COLORS[word] || "#d3d6da", text: word, title: `${word}: ${doc}; ${spanText(run)}`});
   }
@@ -180,7 +210,7 @@ function buildRibbon() {
 
 /** The frame and the machine (-1: none) under the pointer. */
 function pointedAt(root, event) {
-  const box = root.getBoundingClientRect(), share = (event.clientX - box.left - LEFT) / (ribbon.width - LEFT - RIGHT);
+  const box = root.getBoundingClientRect(), share = (event.clientX - box.left - ribbon.left) / (ribbon.width - ribbon.left - RIGHT);
   const y = event.clientY - box.top, machine = ribbon.rows.findIndex(([top, bottom]) => y >= top && y < bottom);
   const frame = Math.max(0, Math.min(frameCount - 1, Math.floor(ribbon.from + share * (ribbon.to - ribbon.from))));
   return {frame, machine, x: event.clientX - box.left, y};
@@ -189,7 +219,7 @@ function pointedAt(root, event) {
 /** Why the machine under the pointer has its state in that frame. */
 function drawHint(root, event) {
   const {frame, machine: m, x, y} = pointedAt(root, event), hint = $("hint"), machine = data.machines[m];
-  hint.hidden = !machine || x < LEFT;
+  hint.hidden = !machine || x < ribbon.left;
   if (hint.hidden) return;
   const state = machine.state[frame], own = data.statuses[machine.status[frame]] || data.statuses[statuses[frame]];
   const found = candidates(machine, frame).slice(0, 4).map(([s, p]) => `${machine.states[s]} ${percent(p)}`);
@@ -211,7 +241,7 @@ function listen(root) {
     event.preventDefault();
     zoomTime(Math.exp((event.deltaY || event.deltaX) * 0.002));
   }, {passive: false});
-  root.addEventListener("pointerdown", (event) => { if (event.offsetX > LEFT - 4) { root.setPointerCapture(event.pointerId); choose(event); } });
+  root.addEventListener("pointerdown", (event) => { if (event.offsetX > ribbon.left - 4) { root.setPointerCapture(event.pointerId); choose(event); } });
   root.addEventListener("pointerleave", () => { $("hint").hidden = true; });
   root.addEventListener("pointermove", (event) => { drawHint(root, event); if (event.buttons & 1 && root.hasPointerCapture(event.pointerId)) seek(event); });
 }

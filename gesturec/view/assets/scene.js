@@ -103,6 +103,17 @@ function resetCamera() {
   Object.assign(camera, {yaw: 0, pitch: Math.asin(Math.max(-1, Math.min(1, rise))), zoom: 1});
 }
 
+function turn(yaw, pitch) {
+  camera.yaw += yaw;
+  camera.pitch = Math.max(-1.5, Math.min(1.5, camera.pitch + pitch));
+  drawScene();
+}
+
+function zoomBody(factor) {
+  camera.zoom = Math.max(0.2, Math.min(8, camera.zoom * factor));
+  drawScene();
+}
+
 function startScene() {
   smoothMiddles();
   measureWhole();
@@ -111,18 +122,15 @@ function startScene() {
   legend();
   let drag = null;
   canvas.addEventListener("pointerdown", (event) => { drag = event; canvas.setPointerCapture(event.pointerId); });
-  canvas.addEventListener("pointerup", () => { drag = null; });
+  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => { drag = null; });
   canvas.addEventListener("pointermove", (event) => {
     if (!drag) { canvas.title = pointed(event.offsetX, event.offsetY); return; }
-    camera.yaw -= (event.clientX - drag.clientX) * 0.008;
-    camera.pitch = Math.max(-1.5, Math.min(1.5, camera.pitch + (event.clientY - drag.clientY) * 0.008));
+    turn((drag.clientX - event.clientX) * 0.008, (event.clientY - drag.clientY) * 0.008);
     drag = event;
-    drawScene();
   });
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
-    camera.zoom = Math.max(0.2, Math.min(8, camera.zoom * Math.exp(-event.deltaY * 0.0012)));
-    drawScene();
+    zoomBody(Math.exp(-event.deltaY * 0.0012));
   }, {passive: false});
   $("camera").addEventListener("change", () => show({camera: $("camera").value}));
   $("reset").addEventListener("click", () => { resetCamera(); drawScene(); });
