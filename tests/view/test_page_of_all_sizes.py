@@ -53,6 +53,20 @@ def test_a_finger_scrolls_the_page_where_it_is_one_column(
     assert page.run("getComputedStyle(document.querySelector('#ribbon svg')).touchAction") == "pan-y"
 
 
+def test_a_graph_that_found_no_room_is_whole_once_there_is_some(
+    hand: Artifact, make_take: Any, opened: Any, sized: Any
+) -> None:
+    sized(1280)
+    page = opened(render_page(hand, make_take(hand, 40), "walk"), "#machine=thumb")
+    shown = "document.querySelector('#graph-box svg').getAttribute('viewBox')"
+    resized = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+    page.run(f"document.getElementById('graph').style.height = '60px'; {resized}")
+    small = page.run(shown)
+    page.run(f"document.getElementById('graph').style.height = ''; {resized}")
+    assert page.run(shown) != small
+    assert page.run("document.getElementById('graph-caption').textContent.startsWith('around')") is False
+
+
 def test_a_slices_button_keeps_the_focus_when_the_frame_changes(hand: Artifact, make_take: Any, opened: Any) -> None:
     page = opened(render_page(hand, make_take(hand, 40), "walk"))
     page.run("document.querySelector('#panels button:last-child').focus()")

@@ -55,13 +55,12 @@ function isLarge(graph) {
   return graph.kind === "trellis" && Math.max(graph.size[0] / box.clientWidth, graph.size[1] / box.clientHeight) > LARGE;
 }
 
-/** Of a large graph, move the window to the state of the frame and say in which panel it is. */
+/** Of a graph that is large for its place now, move the window to the state of the frame and say in which panel it is. */
 function focusGraph(machine) {
   const graph = machine.graph, state = shownState(machine, view.frame);
-  if (!isLarge(graph)) return;
-  const near = !view.whole && state >= 0, size = [$("graph-box").clientWidth, $("graph-box").clientHeight].map((side) => side / 0.9);
+  const near = isLarge(graph) && !view.whole && state >= 0, size = [$("graph-box").clientWidth, $("graph-box").clientHeight].map((side) => side / 0.9);
   const corner = near ? graph.position[state].map((at, axis) => Math.max(-6, Math.min(graph.size[axis] + 6 - size[axis], at - size[axis] / 2))) : null;
-  built.root.setAttribute("viewBox", (near ? [...corner, ...size] : boxOf(graph, -1)).join(" "));
+  built.root.setAttribute("viewBox", (near ? [...corner, ...size] : boxOf(graph, built.panel)).join(" "));
   $("graph-caption").textContent = near ? `around ${graph.panels[graph.panel[state]].title}` : graph.caption;
 }
 
