@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from gesturec.cli.decoding import Outcome
 
 EPILOG = """OUT.html is a page, OUT.jsonl everything a frame, OUT.csv the states alone; OUT without a suffix makes
-OUT.states.csv and OUT.events.csv. With several recordings OUT is a folder of such pairs.
+OUT.states.csv and OUT.events.csv; several -o give one recording in several forms. With several recordings OUT is a
+folder of such pairs.
 docs/results.md says what stands in each."""
 
 LIMB_MISFIT: Final = 0.3
@@ -31,7 +32,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("model", metavar="MODEL", help="a model (.yaml, .gcm, a shipped name)")
     parser.add_argument("recordings", metavar="RECORDING", nargs="+", help="a recording; - is CSV on standard input")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help="where to write, see below")
+    parser.add_argument(
+        "-o", "--output", required=True, action="append", metavar="OUT", help="where to write, see below; repeatable"
+    )
     add_model_options(parser)
     add_recording_options(parser)
     parser.add_argument(
@@ -72,7 +75,7 @@ def run(options: Namespace) -> int:
 
     if options.cluster is not None:
         raise UsageError("--cluster is not built yet; -j N decodes in processes of this machine")
-    if options.tracks and options.output == "-":
+    if options.tracks and set(options.output) == {"-"}:
         raise UsageError("--tracks writes a second file, OUT.tracks.csv: -o takes a name, not -")
     session = session_options(options)
     jobs = plan_jobs(options)
@@ -132,7 +135,7 @@ def check_binding(artifact: Artifact, session: dict[str, Any], given: str | None
 
 def _report(outcomes: list[Outcome], skipped: int, options: Namespace) -> None:
     """The summary of every recording, on standard output unless that is the result's place."""
-    stream = sys.stderr if options.output == "-" else sys.stdout
+    stream = sys.stderr if "-" in options.output else sys.stdout
     if options.json:
         rows = [{"recording": o.recording, "error": o.error, "files": o.files, **o.summary} for o in outcomes]
         print(json.dumps(rows, indent=2, ensure_ascii=False), file=stream)

@@ -14,7 +14,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from gesturec.cli.output import check_folder, text_output
 from gesturec.cli.progress import progress
@@ -37,19 +37,20 @@ ODD_SIZE: Final = 5.0  # times the model's, or a fifth of it: no person's, but a
 
 @dataclass(frozen=True)
 class Job:
-    """One recording and where its result goes; `output` without a suffix is a pair of tables."""
+    """One recording and where its result goes, once in each form; an output without a suffix is a pair of tables."""
 
     recording: str
-    output: str
+    outputs: tuple[str, ...]
 
     def is_done(self) -> bool:
         """Whether its result is there already."""
-        return Path(self.main_file).is_file()
+        return all(Path(main_file(output)).is_file() for output in self.outputs)
 
     @property
-    def main_file(self) -> str:
-        """The file that is put in its place last."""
-        return self.output if _suffix(self.output) or self.output == "-" else self.output + STATES
+    def tracks_file(self) -> str:
+        """Where the filtered tokens go: beside the first output that has a name."""
+        output = next(output for output in self.outputs if output != "-")
+        return output.removesuffix(Path(output).suffix if _suffix(output) else "") + TRACKS
 
 
 @dataclass(frozen=True)
@@ -62,25 +63,56 @@ class Outcome:
     error: str | None = None
 
 
+def main_file(output: str) -> str:
+    """The file of an output that is put in its place last."""
+    return output if _suffix(output) or output == "-" else output + STATES
+
+
+def files_of(output: str) -> list[str]:
+    """Every file of an output, `main_file` first."""
+    alone = _suffix(output) or output == "-"
+    return [main_file(output), *([] if alone else [output + EVENTS])]
+
+
 def plan_jobs(options: Namespace) -> list[Job]:
     """Where every recording's result goes; refuses what cannot be before any work is done."""
-    output, recordings = options.output, options.recordings
-    if len(recordings) == 1 and not Path(output).is_dir() and not output.endswith("/"):
-        if _suffix(output) not in SUFFIXES:
-            raise UsageError(f"-o takes .html, .jsonl, .csv or no suffix, not `{_suffix(output)}`")
-        job = Job(recordings[0], output)
-        if output != "-":
-            check_folder(Path(job.main_file))
-        return [job]
-    if output == "-" or _suffix(output):
-        raise UsageError("with several recordings OUT is a folder")
-    jobs = [Job(recording, str(Path(output) / _base(recording))) for recording in recordings]
-    places = [job.output for job in jobs]
-    twice = next((job for job in jobs if places.count(job.output) > 1), None)
-    if twice is not None:
-        raise UsageError(f"several recordings would be written to {twice.output}{STATES}: they have one name")
-    Path(output).mkdir(exist_ok=True)
+    outputs, recordings = options.output, options.recordings
+    if len(recordings) == 1:
+        return [_plan_one(recordings[0], outputs)]
+    if len(outputs) > 1 or outputs[0] == "-" or _suffix(outputs[0]):
+        raise UsageError("with several recordings OUT is a folder, and one")
+    jobs = [Job(recording, (_in_folder(outputs[0], recording),)) for recording in recordings]
+    _refuse_twice([job.outputs[0] for job in jobs], "several recordings")
+    Path(outputs[0]).mkdir(exist_ok=True)
     return jobs
+
+
+def _plan_one(recording: str, outputs: Sequence[str]) -> Job:
+    """One recording, in every form that was asked for."""
+    folders = [output for output in outputs if output.endswith("/") or Path(output).is_dir()]
+    wrong = next((output for output in outputs if output not in folders and _suffix(output) not in SUFFIXES), None)
+    if wrong is not None:
+        raise UsageError(f"-o takes .html, .jsonl, .csv or no suffix, not `{_suffix(wrong)}`")
+    job = Job(recording, tuple(_in_folder(each, recording) if each in folders else each for each in outputs))
+    _refuse_twice(job.outputs, "several -o")
+    for folder in folders:
+        Path(folder).mkdir(exist_ok=True)
+    for output in job.outputs:
+        if output != "-":
+            check_folder(Path(main_file(output)))
+    return job
+
+
+def _in_folder(folder: str, recording: str) -> str:
+    return str(Path(folder) / _base(recording))
+
+
+def _refuse_twice(outputs: Sequence[str], what: str) -> None:
+    """Nothing is written over by what the same run writes."""
+    files = [str(Path(file)) for output in outputs for file in files_of(output)]
+    twice = next((file for file in files if files.count(file) > 1), None)
+    if twice is not None:
+        raise UsageError(f"{what} would be written to {twice}: they have one name")
 
 
 def run_jobs(artifact: Artifact, jobs: Sequence[Job], session: dict[str, Any], options: Namespace) -> list[Outcome]:
@@ -120,27 +152,39 @@ def decode_job(artifact: Artifact, job: Job, session: dict[str, Any], options: N
 
 def write_result(artifact: Artifact, decoding: Decoding, job: Job, *, tracks: bool = False) -> list[str]:
     """The files of one result, each whole or not there."""
-    from gesturec.recordings.results import table_of_decoding, write_events, write_lines, write_states, write_tracks
+    from gesturec.recordings.results import write_tracks
 
-    suffix = _suffix(job.output)
+    written: list[str] = []
     with ExitStack() as files:
-        main = files.enter_context(text_output(job.main_file))
-        if suffix == ".html":
-            from gesturec.view.page import render_page
 
-            main.write(render_page(artifact, decoding, _base(job.recording)))
-        elif suffix == ".jsonl":
-            write_lines(artifact, decoding, main)
-        else:
-            write_states(artifact, table_of_decoding(decoding), main)
-        written = [job.main_file]
-        if not suffix and job.output != "-":
-            written.append(job.output + EVENTS)
-            write_events(decoding.events, files.enter_context(text_output(written[-1])))
+        def opened(path: str) -> TextIO:
+            written.append(path)
+            return files.enter_context(text_output(path))
+
+        for output in job.outputs:
+            _write_form(artifact, decoding, _base(job.recording), output, opened)
         if tracks:
-            written.append(job.output.removesuffix(Path(job.output).suffix if suffix else "") + TRACKS)
-            write_tracks(decoding, files.enter_context(text_output(written[-1])))
+            write_tracks(decoding, opened(job.tracks_file))
     return written
+
+
+def _write_form(
+    artifact: Artifact, decoding: Decoding, title: str, output: str, opened: Callable[[str], TextIO]
+) -> None:
+    """One output in the form that its suffix says."""
+    from gesturec.recordings.results import table_of_decoding, write_events, write_lines, write_states
+
+    main, *events = map(opened, files_of(output))
+    if _suffix(output) == ".html":
+        from gesturec.view.page import render_page
+
+        main.write(render_page(artifact, decoding, title))
+    elif _suffix(output) == ".jsonl":
+        write_lines(artifact, decoding, main)
+    else:
+        write_states(artifact, table_of_decoding(decoding), main)
+    for stream in events:
+        write_events(decoding.events, stream)
 
 
 def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:

@@ -23,7 +23,8 @@ class UsageError(Exception):
 
 def check_common(options: Namespace) -> str | None:
     """What is wrong with options that several commands have; what is only odd is said on standard error."""
-    if getattr(options, "output", None) == "":
+    output = getattr(options, "output", None)
+    if output == "" or (isinstance(output, list) and "" in output):
         return "-o is empty; it takes a file's name"
     noise = getattr(options, "noise", None)
     if isinstance(noise, float) and noise > MOST_NOISE:

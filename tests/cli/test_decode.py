@@ -81,6 +81,50 @@ def test_every_suffix_has_its_form(folder: Path) -> None:
     assert (folder / "out.html").read_text(encoding="utf-8").lstrip().lower().startswith("<!doctype html>")
 
 
+def test_one_run_writes_several_forms_and_resumes_when_one_is_missing(folder: Path, capsys: Capture) -> None:
+    forms = ["take.html", "take", "take.jsonl", "sure.csv"]
+    arguments = ["decode", "hand.gcm", "take.csv", "--tracks", *(word for form in forms for word in ("-o", form))]
+    assert main(arguments) == 0
+    made = ["take.html", "take.states.csv", "take.events.csv", "take.jsonl", "sure.csv", "take.tracks.csv"]
+    assert f"-> {', '.join(made)}" in capsys.readouterr().out
+    assert (folder / "sure.csv").read_text() == (folder / "take.states.csv").read_text()
+    (folder / "sure.csv").write_text("kept", encoding="utf-8")
+    assert main([*arguments, "--resume"]) == 0
+    assert (folder / "sure.csv").read_text(encoding="utf-8") == "kept"
+    (folder / "take.jsonl").unlink()
+    assert main([*arguments, "--resume"]) == 0
+    assert (folder / "take.jsonl").is_file()
+    assert (folder / "sure.csv").read_text() == (folder / "take.states.csv").read_text()
+
+
+def test_a_form_on_standard_output_leaves_the_summary_to_standard_error(folder: Path, capsys: Capture) -> None:
+    capsys.readouterr()
+    assert main(["decode", "hand.gcm", "take.csv", "-o", "out.html", "-o", "-", "--json"]) == 0
+    output = capsys.readouterr()
+    assert output.out.startswith(",".join(HEAD)) and output.out.count("\n") == 27
+    assert json.loads(output.err)[0]["files"] == ["out.html", "-"]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "message"),
+    [
+        (["out", "out.states.csv"], "several -o would be written to out.states.csv"),
+        (["out.html", "./out.html"], "several -o would be written to out.html"),
+        (["-", "-"], "several -o would be written to -"),
+        (["out", "out.xlsx"], "not `.xlsx`"),
+        (["out", ""], "-o is empty"),
+        (["out.html", "missing/out"], "its folder does not exist"),
+    ],
+)
+def test_outputs_that_cannot_all_be_are_refused_before_any_work(
+    folder: Path, capsys: Capture, outputs: list[str], message: str
+) -> None:
+    words = [word for output in outputs for word in ("-o", output)]
+    assert main(["decode", "hand.gcm", "take.csv", *words]) in (1, 2)
+    assert message in capsys.readouterr().err
+    assert not list(folder.glob("out*"))
+
+
 def test_standard_input_and_output(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
     stdin = io.TextIOWrapper(io.BytesIO((folder / "take.csv").read_bytes()))
     monkeypatch.setattr("sys.stdin", stdin)

@@ -67,6 +67,7 @@ def test_a_status_of_a_frame_is_explained_as_a_rule_is(capsys: Capture) -> None:
         (["decode", "hand", "a.csv", "-o", "out.xlsx"], "`.xlsx`"),
         (["decode", "hand", "a.csv", "b.csv", "-o", "out.csv"], "OUT is a folder"),
         (["decode", "hand", "a.csv", "x/a.csv", "-o", "out"], "one name"),
+        (["decode", "hand", "a.csv", "b.csv", "-o", "out", "-o", "more"], "OUT is a folder, and one"),
         (["decode", "hand", "a.csv", "-o", "out", "--decoder", "magic"], "`magic`"),
         (["decode", "hand", "a.csv", "-o", "out", "--noise", "2furlong"], "not a length"),
         (["decode", "hand", "a.csv", "-o", "out", "--lag=-1s"], "negative"),
