@@ -55,6 +55,14 @@ def test_its_python_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys
     assert re.search(rf"^[\d/]+ ({'|'.join(status.name for status in STATUSES)})$", out, re.M)
 
 
-def test_every_status_of_a_frame_and_every_page_of_docs_is_in_it() -> None:
+def test_every_status_of_a_frame_is_in_it() -> None:
     assert [status.name for status in STATUSES if f"`{status.name}`" not in TEXT] == []
-    assert [page.name for page in README.parent.glob("docs/*.md") if f"(docs/{page.name})" not in TEXT] == []
+
+
+def test_every_page_of_docs_is_a_link_away_from_it_or_from_a_page_that_is() -> None:
+    docs = README.parent / "docs"
+    found = set(re.findall(r"\(docs/([\w-]+\.md)\)", TEXT))
+    linked = {
+        name for page in found for name in re.findall(r"\(([\w-]+\.md)\)", (docs / page).read_text(encoding="utf-8"))
+    }
+    assert found | linked == {page.name for page in docs.glob("*.md")}
