@@ -1,4 +1,4 @@
-"""What tests share: where the real recordings are, and the compiled hand, once a session."""
+"""What tests share: where the real recordings are, the compiled hand, once a session, and how many run at once."""
 
 from __future__ import annotations
 
@@ -19,6 +19,14 @@ ROOT = Path(__file__).parent.parent
 def pytest_addoption(parser: pytest.Parser) -> None:
     """`pytest --update-golden` rewrites what golden tests compare with."""
     parser.addoption("--update-golden", action="store_true", help="rewrite the golden files")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """All tests run on every core where pytest-xdist is installed; those of a room, or with `-n 0`, in one process."""
+    whole = config.args_source is pytest.Config.ArgsSource.TESTPATHS and not hasattr(config, "workerinput")
+    if whole and getattr(config.option, "numprocesses", 0) is None:
+        config.option.numprocesses, config.option.dist = "auto", "worksteal"
 
 
 @pytest.fixture

@@ -238,7 +238,8 @@ def test_what_cannot_be_decoded_is_one_line_and_no_file(
 
 
 def test_the_other_hand_is_a_loud_misfit(tmp_path: Path, shared_data: Path, capsys: Capture) -> None:
-    take = str(shared_data / "hand_leap" / "grab_right.npz")
+    whole, take = np.load(shared_data / "hand_leap" / "grab_right.npz"), str(tmp_path / "grab.npz")
+    np.savez(take, **{key: whole[key][:40] if key in ("t", "xyz") else whole[key] for key in whole})
     assert main(["decode", "hand", take, "--set", "side=left", "-o", str(tmp_path / "out")]) == 0
     assert "warning: MISFIT" in capsys.readouterr().err
     assert main(["decode", "hand", take, "-o", str(tmp_path / "out")]) == 0
