@@ -170,7 +170,7 @@ def test_any_manifest_is_the_formats_or_refused(key: str, value: Any) -> None:
     again.machines()
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     column=st.sampled_from([column for column in COLUMNS if HAND.columns[column.name].size]),
     place=st.integers(0, 10**9),

@@ -12,15 +12,14 @@ from gesturec.cli.main import main
 Capture = pytest.CaptureFixture[str]
 
 
-@pytest.fixture
-def decoded(tmp_path: Path, capsys: Capture) -> Path:
+@pytest.fixture(scope="module")
+def decoded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with take.csv, take.truth.csv, out.states.csv, out.events.csv and out.jsonl."""
-    take, out = str(tmp_path / "take.csv"), str(tmp_path / "out")
+    folder = tmp_path_factory.mktemp("decoded")
+    take, out = str(folder / "take.csv"), str(folder / "out")
     assert main(["simulate", "hand", "--path", "flat -> fist", "--noise", "1mm", "--duration", "1s", "-o", take]) == 0
-    assert main(["decode", "hand", take, "-o", out, "--noise", "1mm"]) == 0
-    assert main(["decode", "hand", take, "-o", f"{out}.jsonl", "--noise", "1mm"]) == 0
-    capsys.readouterr()
-    return tmp_path
+    assert main(["decode", "hand", take, "-o", out, "-o", f"{out}.jsonl", "--noise", "1mm"]) == 0
+    return folder
 
 
 def test_a_decoding_is_scored_against_its_truth(decoded: Path, capsys: Capture) -> None:

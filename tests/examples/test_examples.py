@@ -87,7 +87,7 @@ def test_compiles_and_is_analysed(path: Path) -> None:
 @pytest.mark.parametrize("decoder", ["nearest", "forward"])
 def test_a_random_take_is_decoded(path: Path, decoder: str) -> None:
     artifact = model(path)
-    check(artifact, *decoded(artifact, SimulateOptions(duration=6, rate=25, noise=NOISE, seed=2), decoder))
+    check(artifact, *decoded(artifact, SimulateOptions(duration=4, rate=25, noise=NOISE, seed=2), decoder))
 
 
 @pytest.mark.parametrize("name", sorted(PATHS))

@@ -79,17 +79,17 @@ def test_a_limb_that_never_fits_is_told_so_from_the_third_frame() -> None:
 
 def test_a_limb_that_is_hidden_for_long_is_lost_and_found_again() -> None:
     model = gesturec.load("hand")
-    take = simulate(model.artifact, SimulateOptions(("flat", "flat"), duration=12, noise=0.001, seed=4)).recording
+    take = simulate(model.artifact, SimulateOptions(("flat", "flat"), duration=5, noise=0.001, seed=4)).recording
     points = take.points.copy()
     index = [take.names.index(name) for name in take.names if name.startswith("index.")]
-    points[25:250, index] = np.nan
+    points[5:110, index] = np.nan
     for decoder in ("forward", "viterbi", "nearest"):
         decoding = gesturec.decode(model, replace(take, points=points), noise=0.001, decoder=decoder)
         words = [why["index"].status for why in decoding.why]
-        assert words[26:35] == ["coasting"] * 9
-        assert set(words[200:250]) == {"lost"}
-        assert (decoding.state[200:250, 0] == -1).all()
-        assert set(words[255:]) == {"ok"}
+        assert words[6:15] == ["coasting"] * 9
+        assert set(words[90:110]) == {"lost"}
+        assert (decoding.state[90:110, 0] == -1).all()
+        assert set(words[115:]) == {"ok"}
 
 
 def test_a_start_that_was_told_holds_for_the_first_frame_alone() -> None:

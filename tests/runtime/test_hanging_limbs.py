@@ -57,7 +57,7 @@ def arm() -> Artifact:
 
 @pytest.fixture(scope="module")
 def take(arm: Artifact) -> Simulation:
-    return simulate(arm, SimulateOptions(duration=10, rate=30, noise=NOISE, seed=4))
+    return simulate(arm, SimulateOptions(duration=5, rate=30, noise=NOISE, seed=4))
 
 
 def exact(decoding: Any, take: Simulation) -> NDArray[np.float64]:

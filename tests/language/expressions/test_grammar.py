@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from lark import Token, Transformer, UnexpectedCharacters, UnexpectedToken
+from lark import Lark, Token, Transformer, UnexpectedCharacters, UnexpectedToken
 
 from gesturec.diagnostics.source import Source, Span
 from gesturec.language.document import Text
@@ -31,12 +31,26 @@ def text_of(text: str) -> Text:
 
 
 class Told(Transformer[Token, Any]):
-    """lark's callbacks, of a builder for one text."""
+    """lark's callbacks: those of the builder of the text that is read."""
 
-    def __init__(self, builder: Builder) -> None:
+    builder: Builder
+
+    def __init__(self) -> None:
         super().__init__()
         for name in (name for name in vars(Builder) if not name.startswith("_")):
-            setattr(self, name, getattr(builder, name))
+            setattr(self, name, partial(self._call, name))
+
+    def _call(self, name: str, *given: Any) -> Any:
+        return getattr(self.builder, name)(*given)
+
+
+TOLD = Told()
+
+
+@cache
+def lark_parser() -> Lark:
+    """lark's own parser of the grammar; making it costs more than all texts."""
+    return build_parser(TOLD)
 
 
 def place_told(type: str, start: int) -> object:
@@ -46,8 +60,9 @@ def place_told(type: str, start: int) -> object:
 
 def told_by_lark(text: str, start: str) -> object:
     """What lark's own parser says of a text: the tree, or where it stops and what could stand there."""
+    TOLD.builder = Builder(place_of(text_of(text)))
     try:
-        return build_parser(Told(Builder(place_of(text_of(text))))).parse(text, start=start)
+        return lark_parser().parse(text, start=start)
     except UnexpectedToken as error:
         return place_told(error.token.type, error.token.start_pos or 0), error.accepts or error.expected
     except UnexpectedCharacters as error:
