@@ -54,11 +54,15 @@ class MachineTables(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Artifact:
-    """A compiled model. `columns` has every column of COLUMNS, read-only."""
+    """A compiled model. `columns` has every column of COLUMNS, read-only.
+
+    `derived` is what a runtime makes of the tables once, for all its sessions, under keys of its own.
+    """
 
     manifest: Manifest
     columns: Mapping[str, Array]
     _machines: dict[int, MachineTables] = field(default_factory=dict, repr=False)
+    derived: dict[Any, Any] = field(default_factory=dict, repr=False)
 
     def machine(self, machine: int) -> MachineTables:
         """Tables of one machine, built once."""

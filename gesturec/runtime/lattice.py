@@ -106,9 +106,20 @@ class Lattice:
 def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, lever: float, noise: float) -> Lattice:
     """Fine cells where the machine is a plain grid of moderate size, else its states.
 
-    `lever` is how far out its farthest token is, m, and `noise` a token's standard deviation, m.
+    `lever` is how far out its farthest token is, m, and `noise` a token's standard deviation, m. The arrays are made
+    once for a model: its sessions share them, and each remembers its own `parts`.
     """
-    axes, wraps = _axes(artifact, tables, lever, noise), artifact.columns["joint_wrap"][tables.joints] == 1
+    axes = _axes(artifact, tables, lever, noise)
+    key = (Lattice, tables.name, tuple(len(axis.low) for axis in axes))
+    made: Lattice | None = artifact.derived.get(key)
+    if made is None:
+        made = artifact.derived[key] = _make_lattice(artifact, chain, tables, axes)
+    return replace(made, parts={})
+
+
+def _make_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, axes: tuple[Axis, ...]) -> Lattice:
+    """The machine's cells along `axes`, or its states where these are none or too many."""
+    wraps = artifact.columns["joint_wrap"][tables.joints] == 1
     if not axes or math.prod(len(a.low) for a in axes) > MOST_CELLS:
         volume = np.full(len(tables.state_names), 1 / len(tables.state_names))
         return _lattice((), np.arange(len(volume)), volume, tables.mean, tables.covariance, tables.angle, wraps)

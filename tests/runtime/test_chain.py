@@ -41,6 +41,18 @@ def test_cells_refine_states_and_keep_their_moments(hand: Artifact, finger: Latt
         np.testing.assert_allclose(covariance, tables.covariance[state], atol=2e-8)
 
 
+def test_a_models_lattices_are_made_once_for_each_fineness_and_remember_nothing_of_a_session(
+    hand: Artifact, finger: Lattice
+) -> None:
+    finger.part(np.array([0]))
+    chain = chain_of(hand.columns)
+    again, finer = (machine_lattice(hand, chain, hand.machine(0), 0.08, noise) for noise in (0.06, 0.001))
+    assert again.mean is finger.mean and again.parts == {}
+    assert finer.shape != finger.shape and len(finer.mean) == len(finer.state) > len(finger.state)
+    other = machine_lattice(hand, chain, hand.machine(1), 0.08, 0.06)
+    assert not np.array_equal(other.mean, finger.mean)
+
+
 @pytest.mark.parametrize("dt", [0.001, 0.04, 1.0, 60.0])
 def test_every_table_is_row_stochastic(finger: Lattice, dt: float) -> None:
     p = MotionParameters()
