@@ -80,7 +80,7 @@ def plan_jobs(options: Namespace) -> list[Job]:
     if len(recordings) == 1:
         return [_plan_one(recordings[0], outputs)]
     if len(outputs) > 1 or outputs[0] == "-" or _suffix(outputs[0]):
-        raise UsageError("with several recordings OUT is a folder, and one")
+        raise UsageError("with several recordings OUT is one folder")
     jobs = [Job(recording, (_in_folder(outputs[0], recording),)) for recording in recordings]
     _refuse_twice([job.outputs[0] for job in jobs], "several recordings")
     Path(outputs[0]).mkdir(exist_ok=True)

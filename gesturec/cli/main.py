@@ -84,12 +84,12 @@ def _dispatch(arguments: list[str]) -> int:
 
 def _run(name: str, arguments: list[str]) -> int:
     """Parse a command's arguments and run it."""
-    from argparse import ArgumentParser, RawDescriptionHelpFormatter
+    from argparse import RawDescriptionHelpFormatter
 
-    from gesturec.cli.usage import check_common
+    from gesturec.cli.usage import CommandParser, check_common
 
     module = import_module(f"gesturec.cli.{name}_command")
-    parser = ArgumentParser(
+    parser = CommandParser(
         prog=f"gesturec {name}",
         description=f"{COMMANDS[name][0].upper()}{COMMANDS[name][1:]}.",
         epilog=getattr(module, "EPILOG", None),

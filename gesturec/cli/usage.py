@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import re
 import sys
-from argparse import ArgumentTypeError, Namespace
-from typing import Final
+from argparse import Action, ArgumentError, ArgumentParser, ArgumentTypeError, Namespace
+from typing import Any, Final
 
 from gesturec.artifact.units import METRES
 
@@ -15,6 +15,26 @@ QUANTITY: Final = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]
 SIDE: Final = re.compile(r"\s*(?:\d{1,9}(?:\.\d{0,9})?|\.\d{1,9})\s*")
 
 MOST_NOISE: Final = 0.1  # m: a camera that is off by more cannot see a body's parts; the unit was forgotten
+
+
+class Once(Action):
+    """An option that is given once: argparse would take the last and forget the others without a word."""
+
+    is_given = False
+
+    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, option: str | None = None) -> None:
+        if self.is_given:
+            raise ArgumentError(self, "given twice, and one is taken")
+        self.is_given = True
+        setattr(namespace, self.dest, values)
+
+
+class CommandParser(ArgumentParser):
+    """A parser whose `-o` is given once, unless a command says that it takes several."""
+
+    def add_argument(self, *names: Any, **more: Any) -> Action:
+        """As argparse's."""
+        return super().add_argument(*names, **({"action": Once} if "-o" in names else {}) | more)
 
 
 class UsageError(Exception):
