@@ -101,7 +101,7 @@ def load(path: str | os.PathLike[str]) -> Model:
     """
     from gesturec.shipped import shipped_models
 
-    if isinstance(path, str) and path in shipped_models() and not Path(path).exists():
+    if isinstance(path, str) and path in shipped_models() and not Path(path).is_file():
         from gesturec.compile import compile_model
 
         return compile_model(shipped_models()[path])

@@ -11,8 +11,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import Any, Final
 
-from gesturec.cli.models import model_path
 from gesturec.cli.output import check_folder, text_output
+from gesturec.shipped import shipped_models
 
 PATH: Final = ("flat", "fist", "flat")
 DURATION: Final = 3.0  # s: each way takes as long as the paper's fist
@@ -62,7 +62,7 @@ def _demo() -> tuple[dict[str, Any], str]:
     from gesturec.simulate.simulation import SimulateOptions, simulate
     from gesturec.view.page import render_page
 
-    artifact = compile_artifact(model_path("hand"))
+    artifact = compile_artifact(shipped_models()["hand"])
     hidden = tuple(parse_hidden(text, artifact.manifest) for text in HIDDEN)
     take = simulate(artifact, SimulateOptions(PATH, DURATION, noise=NOISE, hidden=hidden, seed=1))
     decoding = decode(artifact, take.recording, lag=LAG, sure=SURE)

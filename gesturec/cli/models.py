@@ -65,10 +65,10 @@ def model_path(text: str) -> Path:
     path = Path(text)
     if path.suffix in RECORDINGS:
         raise UsageError(f"{text} is a recording, and a model is asked for here (.yaml, .gcm, or a shipped name)")
+    if text in shipped_models() and not path.is_file():
+        return shipped_models()[text]
     if path.suffix in (*SOURCES, COMPILED) or path.exists():
         return path
-    if text in shipped_models():
-        return shipped_models()[text]
     from gesturec.diagnostics.suggest import nearest
 
     hint = nearest(text, shipped_models())

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import gesturec
 from gesturec.cli.main import main
 
 Capture = pytest.CaptureFixture[str]
@@ -92,6 +93,20 @@ def test_a_limit_is_told_with_the_option_that_raises_it(nod: Path, capsys: Captu
 def test_both_shipped_models_compile(tmp_path: Path, capsys: Capture) -> None:
     for name in ("hand", "gait"):
         assert main(["compile", name, "-o", str(tmp_path / f"{name}.gcm")]) == 0, capsys.readouterr().err
+
+
+def test_a_folder_or_file_of_a_shipped_models_name_stands_in_nobodys_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "hand").mkdir()
+    assert main(["compile", "hand", "-o", "hand.gcm"]) == 0
+    assert gesturec.load("hand").name == "hand"
+    (tmp_path / "hand").rmdir()
+    (tmp_path / "hand").write_text(GOOD, encoding="utf-8")
+    assert main(["compile", "hand", "-o", "nod.gcm"]) == 0
+    assert gesturec.load("nod.gcm").name == "nod"
+    assert main(["demo", "--no-open", "-o", "demo.html"]) == 0
 
 
 def test_every_machine_is_drawn(nod: Path) -> None:
