@@ -58,6 +58,7 @@ class Told(NamedTuple):
 
     state: Array
     mean: Array
+    own: Array  # the posterior before the frame leans
 
 
 def expected(weight: Array, lattice: Lattice) -> Array:
@@ -68,6 +69,17 @@ def expected(weight: Array, lattice: Lattice) -> Array:
         angle = lattice.angle[:, joint]
         mean[joint] = math.atan2(weight @ np.sin(angle), weight @ np.cos(angle))
     return np.asarray(mean)
+
+
+def _leaning(sight: Sight, unseen: float) -> Sight:
+    """A sight of a limb that was last seen `unseen` s before it; one that was never seen is any of its states."""
+    return sight if sight.evidence is not None or math.isfinite(unseen) else sight._replace(lean=None)
+
+
+def _leaning_once_seen(sights: Sequence[Sight]) -> list[Sight]:
+    """A take's sights, leaning from the first on that shows something."""
+    first = next((n for n, sight in enumerate(sights) if sight.evidence is not None), len(sights))
+    return [_leaning(sight, 0.0 if n >= first else math.inf) for n, sight in enumerate(sights)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,9 +194,10 @@ class WindowDecoder:
 
     def settle(self, carried: Carried, window: Sequence[Sight]) -> tuple[Carried, Decision]:
         """Decide the first frame of a window in the light of all of it."""
+        window = [_leaning(window[0], carried.unseen), *window[1:]]
         belief = self.advance(carried.belief, window[0])
-        early = self.states(belief, None)
-        final = self.told(belief, None if len(window) == 1 else self._look_back(belief, window))
+        early = self.states(belief, None, window[0])
+        final = self.told(belief, None if len(window) == 1 else self._look_back(belief, window), window[0])
         delay = self._delay(belief, window, most_probable(early), most_probable(final.state))
         return self.conclude(carried, window[0], belief, early, final, delay)
 
@@ -211,7 +224,9 @@ class WindowDecoder:
         while high - low > 1:
             middle = (low + high) // 2
             later = self._look_back(belief, window[: middle + 1])
-            low, high = (low, middle) if most_probable(self.states(belief, later)) == final else (middle, high)
+            low, high = (
+                (low, middle) if most_probable(self.states(belief, later, window[0])) == final else (middle, high)
+            )
         return high
 
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
@@ -220,6 +235,7 @@ class WindowDecoder:
         Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back: of all that is kept of a
         frame they are the largest by far.
         """
+        sights = _leaning_once_seen(sights)
         belief: Belief | None = None
         marks = []
         for n, sight in enumerate(sights):
@@ -247,31 +263,34 @@ class WindowDecoder:
                 belief = self.advance(belief, sight)
                 beliefs.append(belief)
             for n in range(start + len(beliefs) - 1, start - 1, -1):
-                belief = beliefs[n - start]
+                belief, now = beliefs[n - start], sights[n]
                 if n + 1 < len(sights):
                     later = self.backward(later, sights[n + 1], link)
                 link = belief.link
-                early.append(self.states(belief, None))
-                final.append(self.told(belief, later))
+                early.append(self.states(belief, None, now))
+                final.append(self.told(belief, later, now))
         return early[::-1], final[::-1]
 
-    def states(self, belief: Belief, later: Floats | None) -> Array:
-        """Posterior of the states, (n_state,), from a belief and what comes later."""
-        return self.chain.states(self._posterior(belief, later))
+    def states(self, belief: Belief, later: Floats | None, now: Sight | None = None) -> Array:
+        """Posterior of the states, (n_state,), from a belief and what comes later, and as a frame leans."""
+        return self.chain.states(self._posterior(belief, later, now))
 
-    def told(self, belief: Belief, later: Floats | None) -> Told:
+    def told(self, belief: Belief, later: Floats | None, now: Sight) -> Told:
         """Posterior of the states, and the joints' expected values."""
-        entries = self._posterior(belief, later)
+        entries = self._posterior(belief, later, now)
+        states = self.chain.states(entries)
+        own = states if now.lean is None else self.states(belief, later)
         cells = self.chain.cells(entries).astype(np.float64) * (self.chain.lattice.state >= 0)
-        return Told(self.chain.states(entries), expected(cells, self.chain.lattice))
+        return Told(states, expected(cells, self.chain.lattice), own)
 
-    def _posterior(self, belief: Belief, later: Floats | None) -> Floats:
-        """A belief and what comes later, (n_entry,)."""
+    def _posterior(self, belief: Belief, later: Floats | None, now: Sight | None) -> Floats:
+        """A belief, what comes later and how a frame leans, (n_entry,)."""
         ring, mass = self.chain.ring, belief.aged.mass
         if later is not None:
             both = ring.join(mass, later)
             mass = both if self.chain.total(both) > SMALLEST else mass
-        return np.asarray(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
+        entries = np.asarray(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
+        return entries if now is None or now.lean is None else self.chain.times(entries, now.lean.cells())
 
     def conclude(
         self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int
@@ -284,7 +303,7 @@ class WindowDecoder:
             counted = min(counted + 1, MISFIT_MEMORY)
             misfit += (float(square > limit) - misfit) / counted
         state, candidates = most_probable(final.state), credible_set(final.state)
-        status = self._status(now, misfit, unseen, final.state)
+        status = self._status(now, misfit, unseen, final)
         decided = status in ("ok", "partial", "coasting")
         decision = Decision(
             state if decided else -1,
@@ -297,15 +316,18 @@ class WindowDecoder:
             int((early > 0).sum()),
             delay,
             final.mean,
+            float(np.abs(final.state - final.own).sum()) / 2,
         )
         return Carried(belief, misfit, counted, unseen), decision
 
-    def _status(self, now: Sight, misfit: float, unseen: float, posterior: Array) -> str:
+    def _status(self, now: Sight, misfit: float, unseen: float, final: Told) -> str:
+        posterior = final.state
         if now.evidence is None:
             if math.isinf(unseen):
                 return "coasting" if not self.first.all() and posterior.max() >= self.sure else "any"
-            # the best path stays where it was last seen and does not tell how much was forgotten since
-            if unseen > PATIENCE and (not self.ring.sums or posterior.max() < FORGOTTEN):
+            # the best path stays where it was last seen and does not tell how much was forgotten since; what the
+            # other limbs show is no sight of this one
+            if unseen > PATIENCE and (not self.ring.sums or final.own.max() < FORGOTTEN):
                 return "lost"
             return "any" if posterior.max() < self.sure else "coasting"
         if misfit > MISFIT_SHARE:
