@@ -19,6 +19,10 @@ class Leaning(NamedTuple):
     rows: Floats  # (n_row,) of each row of `lift`
     lift: Floats  # (n_row, n_cell)
 
+    def strayed(self, share: float) -> Leaning:
+        """As where the machine has gone its own way with a further probability."""
+        return Leaning(self.base + share * float(self.rows.sum()), (1 - share) * self.rows, self.lift)
+
     def cells(self) -> Floats:
         """(n_cell,); nowhere 0."""
         return np.asarray(np.float32(self.base) + self.rows @ self.lift)

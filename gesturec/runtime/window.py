@@ -31,6 +31,7 @@ from gesturec.runtime.likelihood import Fit, cell_likelihood
 from gesturec.runtime.semiring import Floats, Semiring
 from gesturec.runtime.sight import Sight
 from gesturec.runtime.survivors import Belief, settled_after
+from gesturec.runtime.unseen import doubted, leaning, times_since, times_until
 
 Array = NDArray[np.float64]
 MISFIT_PROBABILITY: Final = 0.999
@@ -69,17 +70,6 @@ def expected(weight: Array, lattice: Lattice) -> Array:
         angle = lattice.angle[:, joint]
         mean[joint] = math.atan2(weight @ np.sin(angle), weight @ np.cos(angle))
     return np.asarray(mean)
-
-
-def _leaning(sight: Sight, unseen: float) -> Sight:
-    """A sight of a limb that was last seen `unseen` s before it; one that was never seen is any of its states."""
-    return sight if sight.evidence is not None or math.isfinite(unseen) else sight._replace(lean=None)
-
-
-def _leaning_once_seen(sights: Sequence[Sight]) -> list[Sight]:
-    """A take's sights, leaning from the first on that shows something."""
-    first = next((n for n, sight in enumerate(sights) if sight.evidence is not None), len(sights))
-    return [_leaning(sight, 0.0 if n >= first else math.inf) for n, sight in enumerate(sights)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,12 +184,12 @@ class WindowDecoder:
 
     def settle(self, carried: Carried, window: Sequence[Sight]) -> tuple[Carried, Decision]:
         """Decide the first frame of a window in the light of all of it."""
-        window = [_leaning(window[0], carried.unseen), *window[1:]]
+        window = [leaning(window[0], carried.unseen), *window[1:]]
         belief = self.advance(carried.belief, window[0])
         early = self.states(belief, None, window[0])
         final = self.told(belief, None if len(window) == 1 else self._look_back(belief, window), window[0])
         delay = self._delay(belief, window, most_probable(early), most_probable(final.state))
-        return self.conclude(carried, window[0], belief, early, final, delay)
+        return self.conclude(carried, window[0], belief, early, final, delay, times_until(window)[0])
 
     def _look_back(self, belief: Belief, window: Sequence[Sight]) -> Floats | None:
         """What the later frames of a window say of its first."""
@@ -235,7 +225,8 @@ class WindowDecoder:
         Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back: of all that is kept of a
         frame they are the largest by far.
         """
-        sights = _leaning_once_seen(sights)
+        since, until = times_since(sights), times_until(sights)
+        sights = [leaning(sight, before) for sight, before in zip(sights, [math.inf, *since], strict=False)]
         belief: Belief | None = None
         marks = []
         for n, sight in enumerate(sights):
@@ -246,7 +237,7 @@ class WindowDecoder:
         carried, decisions = self.start(), []
         for n, sight in enumerate(sights):
             delay = 0 if most_probable(early[n]) == most_probable(final[n].state) else len(sights) - 1 - n
-            carried, decision = self.conclude(carried, sight, None, early[n], final[n], delay)
+            carried, decision = self.conclude(carried, sight, None, early[n], final[n], delay, until[n])
             decisions.append(decision)
         return decisions
 
@@ -293,21 +284,25 @@ class WindowDecoder:
         return entries if now is None or now.lean is None else self.chain.times(entries, now.lean.cells())
 
     def conclude(
-        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int
+        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int, until: float
     ) -> tuple[Carried, Decision]:
-        """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
+        """The decision on a frame from the states' posteriors by the past alone and by all that is known.
+
+        `until` is when the limb is seen next, as far as is known, s from now.
+        """
         unseen = 0.0 if now.evidence is not None else carried.unseen + now.dt
         square, limit, misfit, counted = now.misfit, math.nan, carried.misfit, carried.counted
         if now.evidence is not None:
             limit = chi_square_quantile(MISFIT_PROBABILITY, 3 * len(now.evidence.position))
             counted = min(counted + 1, MISFIT_MEMORY)
             misfit += (float(square > limit) - misfit) / counted
-        state, candidates = most_probable(final.state), credible_set(final.state)
+        posterior = doubted(final.state, unseen, until) if self.ring.sums else final.state
+        state, candidates = most_probable(final.state), credible_set(posterior)
         status = self._status(now, misfit, unseen, final)
         decided = status in ("ok", "partial", "coasting")
         decision = Decision(
             state if decided else -1,
-            final.state,
+            posterior,
             candidates,
             status,
             0 if now.evidence is None else int(now.evidence.seen.sum()),
@@ -332,7 +327,7 @@ class WindowDecoder:
             return "any" if posterior.max() < self.sure else "coasting"
         if misfit > MISFIT_SHARE:
             return "misfit"
-        if posterior.max() < self.sure:
+        if final.own.max() < self.sure:  # what its own tokens leave open, other limbs do not decide
             return "undecided"
         return "partial" if now.evidence.hidden else "ok"
 
