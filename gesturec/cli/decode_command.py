@@ -55,6 +55,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--sure", type=float, metavar="P", help="probability from which on a state is told (default: 0.1)"
     )
     parser.add_argument(
+        "--prior", metavar="NAME", help="poses (default): what is hidden leans on whole-body poses, softly; or none"
+    )
+    parser.add_argument(
         "--scale", type=scale, metavar="auto|X", help="size of the body over the model's (default: auto)"
     )
     parser.add_argument(
@@ -109,6 +112,7 @@ def session_options(options: Namespace) -> dict[str, Any]:
         "noise": options.noise,
         "lag": options.lag if options.lag is not None or decoder == "nearest" else DEFAULT_LAG,
         "sure": options.sure,
+        "prior": options.prior,
         "scale": options.scale,
         "track": options.track,
         "alpha": options.alpha,

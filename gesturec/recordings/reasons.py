@@ -20,7 +20,13 @@ WORTH_TELLING: Final = 0.005  # probability from which on the next best state is
 
 def reason_of(why: MachineWhy, state: int, names: Sequence[str], share: NDArray[np.float32]) -> str:
     """The sentence; `share` has the probability of each of `names`, and `state` is -1 while undecided."""
-    parts = (_choice(why, state, names, share), _evidence(why), _reach(why, len(names)), _delay(why, state))
+    parts = (
+        _choice(why, state, names, share),
+        _evidence(why),
+        _reach(why, len(names)),
+        _lean(why),
+        _delay(why, state),
+    )
     return "; ".join(part for part in parts if part)
 
 
@@ -58,6 +64,10 @@ def _evidence(why: MachineWhy) -> str:
 
 def _reach(why: MachineWhy, count: int) -> str:
     return f"{why.reachable} of {count} states within reach"
+
+
+def _lean(why: MachineWhy) -> str:
+    return f"{percent(why.leaned)} of it by the other limbs' pose" if why.leaned >= WORTH_TELLING else ""
 
 
 def _delay(why: MachineWhy, state: int) -> str:

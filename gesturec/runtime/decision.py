@@ -27,6 +27,7 @@ class Decision:
     reachable: int
     delay: int = 0
     mean: Array | None = None  # (n_joint of the machine,) expected value of each joint; None: not told
+    leaned: float = 0.0  # share of the probability that is where it is by what other machines show
 
 
 def credible_set(probability: Array, mass: float = SET_MASS) -> NDArray[np.int64]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gesturec.artifact.artifact import MachineTables
@@ -18,6 +20,8 @@ from gesturec.runtime.machines import Decoder
 from gesturec.runtime.nearest import Nearest
 from gesturec.runtime.options import Options
 from gesturec.runtime.person_motion import person_motion
+from gesturec.runtime.posture_filter import PostureFilter
+from gesturec.runtime.postures import postures_of
 from gesturec.runtime.reach import Graph
 from gesturec.runtime.semiring import MAX_PRODUCT, SEMIRINGS, TRACED, Semiring
 from gesturec.runtime.starting import start_masks
@@ -33,6 +37,15 @@ def make_decoders(body: Body, options: Options, noise: float) -> tuple[Decoder, 
             for tables, graph, lever, first in zip(body.machines, body.graphs, body.levers, firsts, strict=True)
         )
     return tuple(_window_decoder(body, machine, first, options, noise) for machine, first in enumerate(firsts))
+
+
+def make_postures(body: Body, decoders: Sequence[Decoder], options: Options) -> PostureFilter | None:
+    """Belief in the model's whole-body poses, where the decoder has probabilities and the session wants it."""
+    windows = [decoder for decoder in decoders if isinstance(decoder, WindowDecoder)]
+    if options.prior == "none" or not windows or not windows[0].ring.sums:
+        return None
+    postures = postures_of(body, [decoder.chain.lattice for decoder in windows])
+    return None if postures is None else PostureFilter(postures)
 
 
 def _window_decoder(body: Body, machine: int, first: Mask, options: Options, noise: float) -> WindowDecoder:

@@ -25,13 +25,15 @@ from gesturec.runtime.hanging import hold_of, spread_by
 from gesturec.runtime.likelihood import Fit
 from gesturec.runtime.locate import look_back
 from gesturec.runtime.pose import PoseEstimate, is_same_pose
+from gesturec.runtime.posture_filter import PostureFilter, Shape
 from gesturec.runtime.reach import steps_in
 from gesturec.runtime.relations import obey, relate
 from gesturec.runtime.rules import rule_messages
 from gesturec.runtime.semiring import Semiring
-from gesturec.runtime.sight import Sight
+from gesturec.runtime.sight import Leaning, Sight
 
 Array = NDArray[np.float64]
+MOST_KEPT: Final = 1 << 26  # cells of all frames of a take whose likelihoods are kept at once, 256 MiB; else made twice
 
 
 class Decoder(Protocol):
@@ -57,6 +59,7 @@ class Shown:
     moment: Moment
     pose: PoseEstimate | None
     sights: dict[int, tuple[PoseEstimate | None, Sight]] = field(default_factory=dict)  # by the pose they had
+    shape: tuple[list[Sight | None], Shape] | None = None  # what it says of postures, by its sights
 
 
 class Heard(NamedTuple):
@@ -137,14 +140,41 @@ def run_ahead(body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], s
     return after
 
 
+def lean_first(
+    body: Body, decoders: Sequence[Decoder], postures: PostureFilter, before: Array | None, window: Sequence[Shown]
+) -> tuple[Array, list[Leaning | None]]:
+    """Belief in postures at the first frame of a window, and how its machines lean."""
+    shapes = [_shape_of(body, decoders, postures, shown) for shown in window]
+    return postures.settle(before, shapes, [shown.moment.dt for shown in window])
+
+
+def _shape_of(body: Body, decoders: Sequence[Decoder], postures: PostureFilter, shown: Shown) -> Shape:
+    """What a frame says of postures; it stands while its sights do."""
+    nothing = Decided(body.middle, np.full(len(decoders), -1, dtype=np.int64))
+    sights = [
+        sight_of(body, decoders, machine, shown, nothing) if limb is not None else None
+        for machine, limb in enumerate(postures.postures.limbs)
+    ]
+    kept = shown.shape
+    if kept is None or any(a is not b for a, b in zip(kept[0], sights, strict=True)):
+        kept = shown.shape = sights, postures.shape(sights)
+    return kept[1]
+
+
 def settle_first(
-    body: Body, decoders: Sequence[Decoder], carried: Sequence[Any], window: Sequence[Shown], angles: Array
+    body: Body,
+    decoders: Sequence[Decoder],
+    carried: Sequence[Any],
+    window: Sequence[Shown],
+    angles: Array,
+    leaning: Sequence[Leaning | None],
 ) -> tuple[list[Any], list[Decision], Array]:
     """Decide the first frame of a window; also the joints' values as decided, for limbs that hang from limbs."""
     angles, after, decisions = angles.copy(), [], []
     states = np.full(len(decoders), -1, dtype=np.int64)
     for machine, decoder in enumerate(decoders):
         sights = [sight_of(body, decoders, machine, shown, Decided(angles, states)) for shown in window]
+        sights[0] = sights[0]._replace(lean=leaning[machine])
         belief, decision = decoder.settle(carried[machine], sights)
         after.append(belief)
         decisions.append(decision)
@@ -192,9 +222,12 @@ def is_coupled(body: Body) -> bool:
     return bool(body.relations or body.exclusive.one_of or body.rules)
 
 
-def settle_all(body: Body, decoders: Sequence[Decoder], window: Sequence[Shown]) -> list[list[Decision]]:
+def settle_all(
+    body: Body, decoders: Sequence[Decoder], window: Sequence[Shown], postures: PostureFilter | None
+) -> list[list[Decision]]:
     """Decide every frame of a take in the light of all of it: for each frame its machines' decisions."""
-    columns, sights = _smooth_columns(body, decoders, window)
+    leaning = _lean_all(body, decoders, window, postures)
+    columns, sights = _smooth_columns(body, decoders, window, leaning)
     if is_coupled(body):
         heard = _hear_all(body, decoders, window, sights)
         columns = [
@@ -205,8 +238,24 @@ def settle_all(body: Body, decoders: Sequence[Decoder], window: Sequence[Shown])
     return [relate(body.relations, row) for row in rows]
 
 
+def _lean_all(
+    body: Body, decoders: Sequence[Decoder], window: Sequence[Shown], postures: PostureFilter | None
+) -> list[list[Leaning | None]]:
+    """How the machines lean in every frame of a take."""
+    if postures is None:
+        return [[None] * len(decoders) for _ in window]
+    keeps = len(window) * sum(decoder.n_cell for decoder in decoders) <= MOST_KEPT
+    shapes = []
+    for shown in window:
+        shapes.append(_shape_of(body, decoders, postures, shown))
+        shown.shape = None
+        if not keeps:
+            shown.sights.clear()
+    return postures.smooth(shapes, [shown.moment.dt for shown in window])
+
+
 def _smooth_columns(
-    body: Body, decoders: Sequence[Decoder], window: Sequence[Shown]
+    body: Body, decoders: Sequence[Decoder], window: Sequence[Shown], leaning: Sequence[Sequence[Leaning | None]]
 ) -> tuple[list[list[Decision]], list[list[Sight]]]:
     """Each machine's decisions by itself on a take, and its sights."""
     angles = np.tile(body.middle, (len(window), 1))
@@ -215,6 +264,7 @@ def _smooth_columns(
     for machine, decoder in enumerate(decoders):
         decided = [Decided(*row) for row in zip(angles, states, strict=True)]
         sights = [sight_of(body, decoders, machine, *row) for row in zip(window, decided, strict=True)]
+        sights = [sight._replace(lean=row[machine]) for sight, row in zip(sights, leaning, strict=True)]
         column = decoder.smooth(sights)
         states[:, machine] = [decision.state for decision in column]
         for shown in window:

@@ -9,6 +9,7 @@ from numbers import Real
 from typing import Any, Final, Literal
 
 DECODERS: Final = ("nearest", "viterbi", "forward", "fuzzy")
+PRIORS: Final = ("poses", "none")
 DEFAULT_PERIOD: Final = 0.04  # s a step where neither the model nor the session says: the source paper's
 LARGEST_NOISE: Final = 1e3  # m; no camera or body of this language is that large
 LARGEST_SCALE: Final = 1e4  # of a body over its model's, and its inverse
@@ -40,6 +41,9 @@ class Options:
         its candidates are. The default tells nearly all: the fewest errors where undecided counts as one.
     growing
         Whether the allowed set of `nearest` grows over a gap; False: the source paper's literal rule.
+    prior
+        ``poses``: what some machines show of a whole-body pose of the model weighs what others may be doing, softly
+        (decoder ``forward``; see `posture_filter`); ``none``: each machine for itself.
     track
         Filter of the tokens' tracks: ``kalata``, ``benedict-bordner``, ``critically-damped``, ``given`` or
         ``kalman``; None: ``kalata``, and of the literal rule ``benedict-bordner`` with an alpha of 0.5.
@@ -60,6 +64,7 @@ class Options:
     start: str | None = None
     sure: float = 0.1
     growing: bool = True
+    prior: str = "poses"
     track: str | None = None
     alpha: float | None = None
     beta: float | None = None
@@ -69,6 +74,8 @@ class Options:
     def __post_init__(self) -> None:
         if self.decoder not in DECODERS:
             raise ValueError(f"decoder `{self.decoder}` is none of {', '.join(DECODERS)}")
+        if self.prior not in PRIORS:
+            raise ValueError(f"prior `{self.prior}` is none of {', '.join(PRIORS)}")
         for name in ("rate", "noise", "scale"):
             value = getattr(self, name)
             if value is not None and not (_is_number(value) and value > 0):

@@ -119,5 +119,11 @@ def _state(body: Body, joints: NDArray[np.int32], names: Sequence[str], angle: A
 
 def _why(decision: Decision) -> MachineWhy:
     return MachineWhy(
-        decision.status, decision.seen, decision.chi_square, decision.limit, decision.reachable, decision.delay
+        decision.status,
+        decision.seen,
+        decision.chi_square,
+        decision.limit,
+        decision.reachable,
+        decision.delay,
+        decision.leaned,
     )

@@ -21,19 +21,21 @@ from gesturec.runtime.arrays import Array, seen_rows
 from gesturec.runtime.bindings import Plan, bind_rows, choose_binding, plan, resolve_binding
 from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.decision import Decision
-from gesturec.runtime.decoders import make_decoders
+from gesturec.runtime.decoders import make_decoders, make_postures
 from gesturec.runtime.emission import Points
 from gesturec.runtime.expectation import Limbs, expect_limbs
 from gesturec.runtime.frame import Memory, literal_points, literal_pose, start_memory, take
 from gesturec.runtime.gestures.run import GestureRuns
 from gesturec.runtime.gestures.truths import seen_of
 from gesturec.runtime.locate import keep_hypothesis, look_back, settled_hypothesis
-from gesturec.runtime.machines import Decoder, Shown, run_ahead, settle_all, settle_first
+from gesturec.runtime.machines import Decoder, Shown, lean_first, run_ahead, settle_all, settle_first
 from gesturec.runtime.noise import start_noise
 from gesturec.runtime.options import options_of
 from gesturec.runtime.pose import PoseEstimate, start_size
 from gesturec.runtime.pose_filter import PoseFilter
+from gesturec.runtime.posture_filter import PostureFilter
 from gesturec.runtime.record import make_record, make_step
+from gesturec.runtime.sight import Leaning
 from gesturec.runtime.starting import start_masks
 from gesturec.runtime.step import FrameRecord, Step
 from gesturec.runtime.tracking import make_tracker
@@ -89,6 +91,8 @@ class Session:
         told = self.options
         self._tracker = make_tracker(told.track, told.alpha, told.beta, literal=not told.growing)
         self._decoders: tuple[Decoder, ...] = ()
+        self._postures: PostureFilter | None
+        self._posture: Array | None
         self._memory: Memory
         self._window: list[Shown]
         self._carried: list[Any]
@@ -155,6 +159,7 @@ class Session:
         if not self._decoders:
             self._decoders = make_decoders(self.body, self.options, deviation_of(moment.points.covariance))
             self._carried = [decoder.start() for decoder in self._decoders]
+            self._postures = make_postures(self.body, self._decoders, self.options)
             self.cells = {t.name: d.n_cell for t, d in zip(self.body.machines, self._decoders, strict=True)}
         self._frame += 1
         self.noise = float(np.sqrt(np.trace(self._memory.noise.covariance) / 3))
@@ -201,8 +206,11 @@ class Session:
 
     def _settle(self) -> Step:
         """Decide the oldest frame held back."""
+        leaning: list[Leaning | None] = [None] * len(self._decoders)
+        if self._postures is not None:
+            self._posture, leaning = lean_first(self.body, self._decoders, self._postures, self._posture, self._window)
         self._carried, decisions, self._angles = settle_first(
-            self.body, self._decoders, self._carried, self._window, self._angles
+            self.body, self._decoders, self._carried, self._window, self._angles, leaning
         )
         return self._tell(self._window.pop(0), decisions)
 
@@ -210,7 +218,7 @@ class Session:
         """Decide a whole take, each frame in the light of all."""
         if self._window and self.options.growing:
             self._look_back(len(self._window) - 1)
-        decided = settle_all(self.body, self._decoders, self._window)
+        decided = settle_all(self.body, self._decoders, self._window, self._postures)
         return [self._tell(shown, decisions) for shown, decisions in zip(self._window, decided, strict=True)]
 
     def _tell(self, shown: Shown, decisions: Any) -> Step:
@@ -277,6 +285,7 @@ class Session:
         self._window = []
         self._may_rebind = self.options.bind is None and self.options.names is None  # other names, maybe
         self._decoders, self._carried = (), []  # made for the noise of the first frame
+        self._postures, self._posture = None, None
         self._angles, self._last_pose, self._frame, self._ahead = self.body.middle, None, 0, None
         self._gestures.restart()
 

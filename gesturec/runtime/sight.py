@@ -5,9 +5,27 @@ from __future__ import annotations
 from math import nan
 from typing import NamedTuple
 
+import numpy as np
+
 from gesturec.runtime.arrays import Array
 from gesturec.runtime.emission import Evidence
 from gesturec.runtime.semiring import Floats
+
+
+class Leaning(NamedTuple):
+    """Weights of a machine's cells by the posture that the others show; see `posture_filter`."""
+
+    base: float  # weight of any cell
+    rows: Floats  # (n_row,) of each row of `lift`
+    lift: Floats  # (n_row, n_cell)
+
+    def strayed(self, share: float) -> Leaning:
+        """As where the machine has gone its own way with a further probability."""
+        return Leaning(self.base + share * float(self.rows.sum()), (1 - share) * self.rows, self.lift)
+
+    def cells(self) -> Floats:
+        """(n_cell,); nowhere 0."""
+        return np.asarray(np.float32(self.base) + self.rows @ self.lift)
 
 
 class Sight(NamedTuple):
@@ -19,3 +37,4 @@ class Sight(NamedTuple):
     misfit: float = nan  # chi-square of the best state, with an allowance for another person's limb where it is needed
     may_move: float = 1.0  # weight of moving, where the model lets only one of several move at a time
     others: Array | None = None  # (n_state,) weight of each state by what is believed of other machines
+    lean: Leaning | None = None  # by the posture of the body, for telling this frame alone

@@ -57,6 +57,7 @@ class MachineWhy(NamedTuple):
     limit: float  # the chi-square quantile beyond which it is a misfit
     reachable: int  # states that the transitions allow in this frame
     delay: int  # frames between the one spoken of and the one that decided it
+    leaned: float = 0.0  # share of its probability that whole-body poses moved: what the other machines show
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -31,6 +31,7 @@ from gesturec.runtime.likelihood import Fit, cell_likelihood
 from gesturec.runtime.semiring import Floats, Semiring
 from gesturec.runtime.sight import Sight
 from gesturec.runtime.survivors import Belief, settled_after
+from gesturec.runtime.unseen import doubted, leaning, times_since, times_until
 
 Array = NDArray[np.float64]
 MISFIT_PROBABILITY: Final = 0.999
@@ -58,6 +59,7 @@ class Told(NamedTuple):
 
     state: Array
     mean: Array
+    own: Array  # the posterior before the frame leans
 
 
 def expected(weight: Array, lattice: Lattice) -> Array:
@@ -182,11 +184,12 @@ class WindowDecoder:
 
     def settle(self, carried: Carried, window: Sequence[Sight]) -> tuple[Carried, Decision]:
         """Decide the first frame of a window in the light of all of it."""
+        window = [leaning(window[0], carried.unseen), *window[1:]]
         belief = self.advance(carried.belief, window[0])
-        early = self.states(belief, None)
-        final = self.told(belief, None if len(window) == 1 else self._look_back(belief, window))
+        early = self.states(belief, None, window[0])
+        final = self.told(belief, None if len(window) == 1 else self._look_back(belief, window), window[0])
         delay = self._delay(belief, window, most_probable(early), most_probable(final.state))
-        return self.conclude(carried, window[0], belief, early, final, delay)
+        return self.conclude(carried, window[0], belief, early, final, delay, times_until(window)[0])
 
     def _look_back(self, belief: Belief, window: Sequence[Sight]) -> Floats | None:
         """What the later frames of a window say of its first."""
@@ -211,7 +214,9 @@ class WindowDecoder:
         while high - low > 1:
             middle = (low + high) // 2
             later = self._look_back(belief, window[: middle + 1])
-            low, high = (low, middle) if most_probable(self.states(belief, later)) == final else (middle, high)
+            low, high = (
+                (low, middle) if most_probable(self.states(belief, later, window[0])) == final else (middle, high)
+            )
         return high
 
     def smooth(self, sights: Sequence[Sight]) -> list[Decision]:
@@ -220,6 +225,8 @@ class WindowDecoder:
         Beliefs are kept at every `CHECKPOINT`-th frame and computed again on the way back: of all that is kept of a
         frame they are the largest by far.
         """
+        since, until = times_since(sights), times_until(sights)
+        sights = [leaning(sight, before) for sight, before in zip(sights, [math.inf, *since], strict=False)]
         belief: Belief | None = None
         marks = []
         for n, sight in enumerate(sights):
@@ -230,7 +237,7 @@ class WindowDecoder:
         carried, decisions = self.start(), []
         for n, sight in enumerate(sights):
             delay = 0 if most_probable(early[n]) == most_probable(final[n].state) else len(sights) - 1 - n
-            carried, decision = self.conclude(carried, sight, None, early[n], final[n], delay)
+            carried, decision = self.conclude(carried, sight, None, early[n], final[n], delay, until[n])
             decisions.append(decision)
         return decisions
 
@@ -247,48 +254,55 @@ class WindowDecoder:
                 belief = self.advance(belief, sight)
                 beliefs.append(belief)
             for n in range(start + len(beliefs) - 1, start - 1, -1):
-                belief = beliefs[n - start]
+                belief, now = beliefs[n - start], sights[n]
                 if n + 1 < len(sights):
                     later = self.backward(later, sights[n + 1], link)
                 link = belief.link
-                early.append(self.states(belief, None))
-                final.append(self.told(belief, later))
+                early.append(self.states(belief, None, now))
+                final.append(self.told(belief, later, now))
         return early[::-1], final[::-1]
 
-    def states(self, belief: Belief, later: Floats | None) -> Array:
-        """Posterior of the states, (n_state,), from a belief and what comes later."""
-        return self.chain.states(self._posterior(belief, later))
+    def states(self, belief: Belief, later: Floats | None, now: Sight | None = None) -> Array:
+        """Posterior of the states, (n_state,), from a belief and what comes later, and as a frame leans."""
+        return self.chain.states(self._posterior(belief, later, now))
 
-    def told(self, belief: Belief, later: Floats | None) -> Told:
+    def told(self, belief: Belief, later: Floats | None, now: Sight) -> Told:
         """Posterior of the states, and the joints' expected values."""
-        entries = self._posterior(belief, later)
+        entries = self._posterior(belief, later, now)
+        states = self.chain.states(entries)
+        own = states if now.lean is None else self.states(belief, later)
         cells = self.chain.cells(entries).astype(np.float64) * (self.chain.lattice.state >= 0)
-        return Told(self.chain.states(entries), expected(cells, self.chain.lattice))
+        return Told(states, expected(cells, self.chain.lattice), own)
 
-    def _posterior(self, belief: Belief, later: Floats | None) -> Floats:
-        """A belief and what comes later, (n_entry,)."""
+    def _posterior(self, belief: Belief, later: Floats | None, now: Sight | None) -> Floats:
+        """A belief, what comes later and how a frame leans, (n_entry,)."""
         ring, mass = self.chain.ring, belief.aged.mass
         if later is not None:
             both = ring.join(mass, later)
             mass = both if self.chain.total(both) > SMALLEST else mass
-        return np.asarray(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
+        entries = np.asarray(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
+        return entries if now is None or now.lean is None else self.chain.times(entries, now.lean.cells())
 
     def conclude(
-        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int
+        self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int, until: float
     ) -> tuple[Carried, Decision]:
-        """The decision on a frame from the states' posteriors by the past alone and by all that is known."""
+        """The decision on a frame from the states' posteriors by the past alone and by all that is known.
+
+        `until` is when the limb is seen next, as far as is known, s from now.
+        """
         unseen = 0.0 if now.evidence is not None else carried.unseen + now.dt
         square, limit, misfit, counted = now.misfit, math.nan, carried.misfit, carried.counted
         if now.evidence is not None:
             limit = chi_square_quantile(MISFIT_PROBABILITY, 3 * len(now.evidence.position))
             counted = min(counted + 1, MISFIT_MEMORY)
             misfit += (float(square > limit) - misfit) / counted
-        state, candidates = most_probable(final.state), credible_set(final.state)
-        status = self._status(now, misfit, unseen, final.state)
+        posterior = doubted(final.state, unseen, until) if self.ring.sums else final.state
+        state, candidates = most_probable(final.state), credible_set(posterior)
+        status = self._status(now, misfit, unseen, final)
         decided = status in ("ok", "partial", "coasting")
         decision = Decision(
             state if decided else -1,
-            final.state,
+            posterior,
             candidates,
             status,
             0 if now.evidence is None else int(now.evidence.seen.sum()),
@@ -297,20 +311,23 @@ class WindowDecoder:
             int((early > 0).sum()),
             delay,
             final.mean,
+            float(np.abs(final.state - final.own).sum()) / 2,
         )
         return Carried(belief, misfit, counted, unseen), decision
 
-    def _status(self, now: Sight, misfit: float, unseen: float, posterior: Array) -> str:
+    def _status(self, now: Sight, misfit: float, unseen: float, final: Told) -> str:
+        posterior = final.state
         if now.evidence is None:
             if math.isinf(unseen):
                 return "coasting" if not self.first.all() and posterior.max() >= self.sure else "any"
-            # the best path stays where it was last seen and does not tell how much was forgotten since
-            if unseen > PATIENCE and (not self.ring.sums or posterior.max() < FORGOTTEN):
+            # the best path stays where it was last seen and does not tell how much was forgotten since; what the
+            # other limbs show is no sight of this one
+            if unseen > PATIENCE and (not self.ring.sums or final.own.max() < FORGOTTEN):
                 return "lost"
             return "any" if posterior.max() < self.sure else "coasting"
         if misfit > MISFIT_SHARE:
             return "misfit"
-        if posterior.max() < self.sure:
+        if final.own.max() < self.sure:  # what its own tokens leave open, other limbs do not decide
             return "undecided"
         return "partial" if now.evidence.hidden else "ok"
 

@@ -62,6 +62,7 @@ MOST_GRAPH_STATES: Final = 2000
 # Transitions that the page holds, for the successors of the current state
 MOST_TRANSITIONS: Final = 200_000
 # A candidate less probable than this is not counted as possible
+FIT: Final = ("chi_square", "limit", "delay", "seen", "reachable", "leaned")  # of `MachineWhy`, in the order of why.js
 LEAST_PROBABILITY: Final = 1e-3
 # What a sum of single-precision probabilities is off by at most
 ROUNDING: Final = 1e-6
@@ -255,11 +256,11 @@ def _set_sizes(probability: NDArray[np.float32]) -> NDArray[np.int64]:
 def _why(tables: MachineTables, decoding: Decoding, frames: NDArray[np.int64]) -> dict[str, Packed]:
     """The machine's own status in each frame (255: none told), and what its answer rests on."""
     told = [decoding.why[frame].get(tables.name) if frame < len(decoding.why) else None for frame in frames.tolist()]
-    nothing = (math.nan,) * 5
-    fit = [nothing if why is None else (why.chi_square, why.limit, why.delay, why.seen, why.reachable) for why in told]
+    nothing = (math.nan,) * len(FIT)
+    fit = [nothing if why is None else tuple(getattr(why, name) for name in FIT) for why in told]
     return {
         "status": pack([255 if why is None else STATUS_ID.get(why.status, 255) for why in told], "u1"),
-        "fit": pack(np.array(fit, float).reshape(-1, 5), "f4"),
+        "fit": pack(np.array(fit, float).reshape(-1, len(FIT)), "f4"),
     }
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from gesturec.runtime.gestures.run import GestureRun
@@ -108,6 +108,7 @@ class Reference:
         self.happened = [
             {leaf for leaf in self.named if self.stretch(leaf, frame) is not None} for frame in range(len(times))
         ]
+        self.again: tuple[int, Any] | None = None  # a match's last step, which may begin the next
         self.cancelled = {s.over for s in self.stretches if s.in_the_unknown and s.over is not None}
         # held steps that any meaning of the pattern may go on with from a step
         self.awaited: dict[tuple[Any, ...], set[Any]] = {}
@@ -157,6 +158,9 @@ class Reference:
 
     def comes(self, step: Step, before: int | None, frame: int) -> Stretch | None:
         """The episode by which a step happens in a frame, after the step before it."""
+        if before is None and (frame, step.leaf) == self.again:
+            # as the last step of the match before: a held one may have counted from the step before it
+            return next(s for s in self.stretches if s.truth == step.leaf[1] and s.first <= frame <= (s.over or frame))
         if step.leaf[0] != "held" or before is None:
             return self.stretch(step.leaf, frame)
         own = [s for s in self.stretches if s.truth == step.leaf[1]]
@@ -234,6 +238,7 @@ class Reference:
         for end in range(len(self.times)):
             if end in self.cancelled:
                 floor, again = end, None
+            self.again = (floor - 1, again)
             matches = []
             for word in self.words:
                 starts = [(floor, None)] if again is None else [(floor, None), (floor - 1, again)]
@@ -246,19 +251,16 @@ class Reference:
                         if only is None and frames[0] < floor:
                             continue
                         if self.is_allowed(word, frames):
-                            matches.append(self.told(word, frames, only))
+                            matches.append(self.told(word, frames))
             if matches:
                 best = max(matches, key=lambda m: (m[0][0], m[1] > 1))
                 found.append(best[0])
                 floor, again = end + 1, best[2] if best[1] > 1 else None
         return found
 
-    def told(self, word: Word, frames: list[int], only: Any) -> tuple[tuple[float, float | None, float], int, Any]:
+    def told(self, word: Word, frames: list[int]) -> tuple[tuple[float, float | None, float], int, Any]:
         now = self.times[frames[-1]]
         s = self.comes(word[0], None, frames[0])
-        if s is None and only is not None:
-            # a held step that counted from the one before it begins the next match
-            s = next(e for e in self.stretches if e.truth == word[0].leaf[1] and e.first <= frames[0] <= e.last)
         assert s is not None
         if len(word) == 1 and not word[0].is_moment:
             end = self.times[s.last] if s.over is not None else None
@@ -320,7 +322,11 @@ frames = st.lists(
 )
 
 
+HELD_TWICE = {"repeat": {"held": 0, "least": 1.0, "most": None, "decided": "start"}, "least": 2, "most": 2}
+
+
 @settings(max_examples=400, deadline=None)
+@example(HELD_TWICE, [[1, 0, 0]] * 5, 0.0)
 @given(shapes, frames, st.sampled_from([0.0, 1.0, 2.0]))
 def test_the_automaton_finds_what_a_search_finds(
     shape: dict[str, Any], values: list[list[int]], patience: float
@@ -329,3 +335,8 @@ def test_the_automaton_finds_what_a_search_finds(
     assume(all(word for word, _ in written))
     times = [float(n) for n in range(len(values))]
     assert run(shape, values, times, patience) == Reference(shape, values, times, patience).events()
+
+
+def test_a_held_step_that_counted_from_another_begins_the_next_match() -> None:
+    times = [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert run(HELD_TWICE, [[1, 0, 0]] * 5, times, 0.0) == [(2.0, 2.0, 2.0), (3.0, 3.0, 3.0), (4.0, 4.0, 4.0)]

@@ -37,13 +37,18 @@ const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
 
 /** What a machine's answer rests on; NaN is what was not told. */
 function evidenceOf(machine, frame) {
-  const [chi, limit, delay, seen, reach] = [0, 1, 2, 3, 4].map((k) => machine.fit[5 * frame + k]);
-  return {chi, limit, delay, seen, reach, inside: machine.inside[frame]};
+  const [chi, limit, delay, seen, reach, leaned] = [0, 1, 2, 3, 4, 5].map((k) => machine.fit[6 * frame + k]);
+  return {chi, limit, delay, seen, reach, leaned, inside: machine.inside[frame]};
 }
 
 function fitText({chi, limit}) {
   if (!Number.isFinite(chi)) return "";
   return `χ² ${chi.toPrecision(3)}${Number.isFinite(limit) ? ` of at most ${limit.toPrecision(3)}` : ""}`;
+}
+
+/** How much of the probability is where it is by what the other limbs show. */
+function leanText({leaned}) {
+  return `${Math.round(100 * leaned)} %`;
 }
 
 /** The evidence in a few words, one a line: for the pointer. */
@@ -52,6 +57,7 @@ function evidenceLines(machine, m, frame) {
   if (!Number.isFinite(why.seen)) return ["nothing was told of this frame"];
   lines.push(`${why.seen} of ${plural(tokens, "token")} seen${fitText(why) ? `, ${fitText(why)}` : ""}`);
   lines.push(`${why.reach} of ${plural(machine.states.length, "state")} within reach, ${why.inside} in the 90 % set`);
+  if (why.leaned >= 0.005) lines.push(`${leanText(why)} by the other limbs' pose`);
   if (machine.state[frame] >= 0 && why.delay > 0) lines.push(`decided ${plural(why.delay, "frame")} later`);
   return lines;
 }
@@ -64,6 +70,7 @@ function evidenceTable(box, machine, m, frame) {
   table.append(rowOf([["tokens seen", "soft"], [`${why.seen} of ${tokens}`, "number"]]));
   table.append(rowOf([["within reach", "soft"], [`${why.reach} of ${plural(machine.states.length, "state")}`, "number"]]));
   table.append(rowOf([["90 % set", "soft"], [plural(why.inside, "state"), "number"]]));
+  if (why.leaned >= 0.005) table.append(rowOf([["by the other limbs", "soft"], [leanText(why), "number"]]));
   if (machine.state[frame] >= 0) table.append(rowOf([["decided", "soft"], [why.delay > 0 ? `${plural(why.delay, "frame")} later` : "at once", "number"]]));
   box.append(table);
 }

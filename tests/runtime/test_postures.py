@@ -1,0 +1,204 @@
+"""Whole-body poses as a soft prior: the recursion against its matrix, what it gains, and that it can be left out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import gesturec
+from gesturec.runtime.decoders import make_decoders, make_postures
+from gesturec.runtime.options import Options
+from gesturec.runtime.posture_filter import PostureFilter
+from gesturec.runtime.session import Session
+from gesturec.runtime.sight import Sight
+from gesturec.simulate.simulation import SimulateOptions, simulate
+
+Array = NDArray[np.float64]
+NOISE = 0.001
+HALF_PI = np.pi / 2
+
+
+@cache
+def hand() -> Any:
+    return gesturec.load("hand")
+
+
+@cache
+def recursion() -> PostureFilter:
+    """The hand's, with its machines' states for cells: noise so large that none is cut."""
+    session = Session(hand().artifact)
+    options = Options()
+    decoders = make_decoders(session.body, options, 1.0)
+    postures = make_postures(session.body, decoders, options)
+    assert postures is not None
+    return postures
+
+
+def sights(seed: int) -> list[Sight | None]:
+    """What a frame might show: random likelihoods, and one machine of which nothing is seen."""
+    random = np.random.default_rng(seed)
+    found: list[Sight | None] = []
+    for machine, limb in enumerate(recursion().postures.limbs):
+        assert limb is not None
+        likelihood = None if machine == seed % 5 else random.gamma(0.2, size=len(limb.volume)).astype(np.float32)
+        found.append(Sight(0.04, None, likelihood))
+    return found
+
+
+@cache
+def matrix(dt: float) -> Array:
+    """The recursion's step as a matrix, from `forward` of what is certain."""
+    count = recursion().postures.n_node + 1
+    return np.stack([recursion().forward(row, dt) for row in np.eye(count)])
+
+
+def take(path: tuple[str, ...], hidden: str, since: float, until: float = np.inf, **options: Any) -> Any:
+    """A simulated hand with some tokens hidden for a time."""
+    found = simulate(hand().artifact, SimulateOptions(path, noise=NOISE, seed=3, **options))
+    points = found.recording.points.copy()
+    away = (found.recording.time >= since) & (found.recording.time < until)
+    for row, name in enumerate(found.recording.names):
+        if name.startswith(hidden):
+            points[away, row] = np.nan
+    return replace(found.recording, points=points), found.truth
+
+
+def probability_of_truth(decoding: Any, truth: Any, machine: int) -> Array:
+    """Of the true state of a machine, a number a frame."""
+    start = sum(len(states) for states in list(decoding.manifest.states.values())[:machine])
+    return np.asarray(decoding.probability[np.arange(len(truth.state)), start + truth.state[:, machine]])
+
+
+def test_nodes_are_the_whole_body_poses_and_the_ways_between_them() -> None:
+    postures = recursion().postures
+    assert postures.poses == (
+        "flat",
+        "fist",
+        "point",
+        "two",
+        "three",
+        "four",
+        "spread",
+        "pinch",
+        "grasp",
+        "wave",
+        "hook",
+    )
+    assert postures.n_node == 11 + 11 * 10 * postures.n_step
+
+
+def test_every_row_shares_out_one_whole_over_a_machines_cells() -> None:
+    for limb in recursion().postures.limbs:
+        assert limb is not None
+        np.testing.assert_allclose(limb.lift @ limb.volume, 1, rtol=1e-5)
+
+
+def test_rest_in_a_pose_is_where_the_pose_wants_the_joints() -> None:
+    limb, tables = recursion().postures.limbs[0], hand().artifact.machines()[0]
+    assert limb is not None
+    for pose, wanted in (("flat", 0.0), ("fist", HALF_PI)):
+        row = limb.row[recursion().postures.poses.index(pose)]
+        share = limb.lift[row] * limb.volume
+        best = tables.angle[int((share.reshape(-1)).argmax())] if len(share) == len(tables.angle) else None
+        assert best is not None
+        assert best[1] == pytest.approx(wanted)
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.04, 0.3, 1.9])
+def test_a_step_loses_nothing_and_its_transpose_is_backward(dt: float) -> None:
+    step = matrix(dt)
+    np.testing.assert_allclose(step.sum(1), 1, rtol=1e-9)
+    later = np.random.default_rng(2).random(len(step))
+    expected = step @ later
+    np.testing.assert_allclose(recursion().backward(later, dt), expected / expected.max(), rtol=1e-9)
+
+
+@settings(max_examples=10, deadline=None)
+@given(seeds=st.lists(st.integers(0, 1000), min_size=2, max_size=4), dt=st.sampled_from([0.01, 0.04, 0.12]))
+def test_a_window_leans_as_the_posterior_over_all_paths_says(seeds: list[int], dt: float) -> None:
+    filter_, step = recursion(), matrix(dt)
+    frames = [filter_.shape(sights(seed)) for seed in seeds]
+    mass = filter_.start() * frames[0].nodes
+    later = np.ones(len(mass))
+    for frame in reversed(frames[1:]):
+        later = step @ (later * frame.nodes)
+    told = filter_.settle(None, frames, [dt] * len(frames))[1]
+    for own, other in zip(told, filter_.lean(mass * later, frames[0]), strict=True):
+        assert own is not None
+        assert other is not None
+        np.testing.assert_allclose(own.cells(), other.cells(), rtol=1e-4)
+
+
+def test_a_window_of_a_whole_take_leans_as_the_smoother() -> None:
+    frames, dt = [recursion().shape(sights(seed)) for seed in range(4)], [0.04, 0.04, 0.08, 3.0]
+    for own, other in zip(recursion().settle(None, frames, dt)[1], recursion().smooth(frames, dt)[0], strict=True):
+        assert own is not None
+        assert other is not None
+        np.testing.assert_allclose(own.cells(), other.cells(), rtol=1e-5)
+
+
+def test_no_cell_is_ever_ruled_out() -> None:
+    for lean in recursion().settle(None, [recursion().shape(sights(1))], [0.04])[1]:
+        assert lean is not None
+        assert lean.cells().min() > 0
+
+
+def test_a_hidden_finger_goes_with_the_others() -> None:
+    recording, truth = take(("flat", "fist"), "index.", 0.3, duration=1.5)
+    late = recording.time > 1.2
+    alone, led = (gesturec.decode(hand(), recording, noise=NOISE, lag=0.08, prior=prior) for prior in ("none", "poses"))
+    assert probability_of_truth(led, truth, 0)[late].mean() > 2 * probability_of_truth(alone, truth, 0)[late].mean()
+    assert (led.state[late, 0] == truth.state[late, 0]).mean() > (alone.state[late, 0] == truth.state[late, 0]).mean()
+    assert max(why["index"].leaned for why in led.why) > 0.1
+    assert {why["index"].leaned for why in alone.why} == {0.0}
+
+
+@pytest.mark.parametrize("lag", [0.08, "offline"])
+def test_a_seen_finger_is_told_as_it_is_whatever_the_others_do(lag: Any) -> None:
+    """Half of the way a hand is in no pose: what is seen outweighs what is usual."""
+    recording, truth = take(("wave", "hook", "wave"), "nothing", 0, duration=1.5)
+    alone, led = (gesturec.decode(hand(), recording, noise=NOISE, lag=lag, prior=p) for p in ("none", "poses"))
+    assert (alone.state == led.state).mean() > 0.97
+    assert (led.state == truth.state).mean() >= (alone.state == truth.state).mean() - 0.01
+
+
+def test_a_limb_that_was_never_seen_leans_on_nothing() -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0)
+    for lag in (0.0, "offline"):
+        told = [gesturec.decode(hand(), recording, noise=NOISE, lag=lag, prior=p) for p in ("none", "poses")]
+        n_state = len(hand().artifact.machines()[0].state_names)
+        np.testing.assert_array_equal(told[0].probability[:, :n_state], told[1].probability[:, :n_state])
+
+
+def test_a_model_without_whole_body_poses_has_no_prior(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "models" / "hand.yaml").read_text()
+    poses, transitions, gestures, bindings, tests = (
+        text.index(f"\n{key}:") for key in ("poses", "transitions", "gestures", "bindings", "tests")
+    )
+    (tmp_path / "bare.yaml").write_text(text[:poses] + text[transitions:gestures] + text[bindings:tests])
+    bare = gesturec.compile_model(tmp_path / "bare.yaml")
+    recording, _ = take(("flat", "fist"), "index.", 0.4, 0.8)
+    plain = gesturec.decode(hand(), recording, noise=NOISE, lag=0.08, prior="none")
+    np.testing.assert_array_equal(
+        gesturec.decode(bare, recording, noise=NOISE, lag=0.08).probability, plain.probability
+    )
+
+
+@pytest.mark.parametrize("decoder", ["viterbi", "fuzzy", "nearest"])
+def test_decoders_without_probabilities_have_no_prior(decoder: str) -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0.4, 0.8)
+    decoding = gesturec.decode(hand(), recording, noise=NOISE, decoder=decoder)
+    assert {why.leaned for frame in decoding.why for why in frame.values()} == {0.0}
+
+
+def test_a_prior_that_there_is_not_is_refused() -> None:
+    with pytest.raises(ValueError, match="prior `gestures` is none of poses, none"):
+        hand().session(prior="gestures")
