@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyArc, BodyCell, BodyDwell, BodyLimb, BodyMachine, BodyState, ResolvedBody
@@ -28,8 +28,7 @@ from gesturec.language.schema.blocks import LimbMachine, Machine, Transitions
 from gesturec.language.schema.leaf import texts_in, wrong_kind
 
 
-@dataclass(frozen=True, slots=True)
-class MachinePlan:
+class MachinePlan(NamedTuple):
     """A machine to build: its limbs, and what is written about it."""
 
     name: str

@@ -7,16 +7,14 @@ here), and `pose`, which lowering replaces by the pose's own program. What is co
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 from gesturec.diagnostics.source import Span
 from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, Quantity, StateTest, Symbol, Token
 from gesturec.language.expressions.units import PURE, Kind
 
 
-@dataclass(frozen=True, slots=True)
-class Type:
+class Type(NamedTuple):
     """A truth, a number or a vector; `kind` None is a bare number, or as an expectation any kind."""
 
     what: Literal["truth", "number", "vector"]
@@ -35,8 +33,7 @@ NUMBER: Final = Type("number")
 VECTOR: Final = Type("vector")
 
 
-@dataclass(frozen=True, slots=True)
-class Typed:
+class Typed(NamedTuple):
     """One operation on typed operands; a leaf has `symbols` or a `constant`."""
 
     op: str
@@ -69,8 +66,7 @@ def split(typed: Typed) -> tuple[Typed, ...]:
     return tuple(part for operand in typed.operands for part in split(operand))
 
 
-@dataclass(frozen=True, slots=True)
-class Uses:
+class Uses(NamedTuple):
     """What an expression speaks of, by full names; what its poses speak of is not followed."""
 
     joints: frozenset[str]
