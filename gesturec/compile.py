@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.diagnostics.diagnostic import Diagnostic
@@ -16,7 +16,9 @@ from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.rules import severity
 from gesturec.diagnostics.source import Source
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits
-from gesturec.model import Model
+
+if TYPE_CHECKING:
+    from gesturec.model import Model
 
 ModelSource = str | os.PathLike[str] | Source
 
@@ -52,6 +54,8 @@ def compile_model(
     ModelError
         With every finding, where one of them is an error.
     """
+    from gesturec.model import Model
+
     artifact, findings = compile_stages(source, set, profile, limits)
     if artifact is None:
         raise ModelError(findings)

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from gesturec.checks import values
 from gesturec.checks.body import BodyArc, BodyCell, BodyDwell, BodyLimb, BodyMachine, BodyState, ResolvedBody
 from gesturec.checks.configuration import Wish, joint_wishes, limb_entries
-from gesturec.checks.cycles import build_curve
 from gesturec.checks.environment import Environment
 from gesturec.checks.plausible import LONGEST_PAUSE, LONGEST_TICK, suspect_time
 from gesturec.diagnostics.diagnostic import Related
@@ -110,7 +109,10 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
     machine.is_hole = any(limb.is_hole for limb in plan.limbs)
     if block is not None:
         machine.states = tuple(states_of(block, plan, body))
-        machine.cycle = build_curve(block, plan.limbs, plan.environment, plan.is_own)
+        if block.cycle or block.path:
+            from gesturec.checks.cycles import build_curve
+
+            machine.cycle = build_curve(block, plan.limbs, plan.environment, plan.is_own)
         for first, second in (("cycle", "path"),):
             if block.has(first) and block.has(second):
                 related = (Related(f"beside `{first}`", block.key(first)),)

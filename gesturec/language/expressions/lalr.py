@@ -9,11 +9,15 @@ than a model takes to check and is not needed here.
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from gesturec.language.expressions.grammar_tables import RULES, STARTS, STATES, TERMINALS
+TABLES: Final = json.loads(Path(__file__).with_name("grammar_tables.json").read_text(encoding="utf-8"))
+STARTS: Final = TABLES["STARTS"]
+STATES: Final = TABLES["STATES"]
 
 END: Final = "$END"
 IGNORED: Final = "__IGNORE_0"
@@ -39,7 +43,7 @@ class Rule(NamedTuple):
     name: str
     length: int
     method: str  # of the builder; empty where the values go into those of the rule around it
-    takes: tuple[tuple[int, bool, int], ...]  # symbol, whether its values go into these, how many None before it
+    takes: list[tuple[int, bool, int]]  # symbol, whether its values go into these, how many None before it
     nones: int  # at the end
     is_single: bool  # a lone value stands for itself
 
@@ -106,7 +110,7 @@ def next_token(text: str, at: int, states: list[int]) -> Token:
         return token
     if at == len(text):
         return Token(END, "", at)
-    other = match(text, at, TERMINALS)
+    other = match(text, at, TABLES["TERMINALS"])
     if other is None:
         raise WrongCharacter(at)
     raise WrongToken(other, expected_after(states))
@@ -141,10 +145,10 @@ def is_taken(states: list[int], name: str) -> bool:
 @cache
 def rules() -> tuple[Rule, ...]:
     """The rules of the tables."""
-    return tuple(Rule(*row) for row in RULES)
+    return tuple(Rule(*row) for row in TABLES["RULES"])
 
 
 @cache
 def terminals() -> tuple[tuple[str, re.Pattern[str]], ...]:
     """The terminals of the tables, in the order in which they are tried."""
-    return tuple((name, re.compile(pattern)) for name, pattern in TERMINALS.items())
+    return tuple((name, re.compile(pattern)) for name, pattern in TABLES["TERMINALS"].items())
