@@ -6,7 +6,6 @@ line. This is what `expansion` turns into tables.
 
 from __future__ import annotations
 
-from dataclasses import field
 from typing import Any, Literal, NamedTuple
 
 from gesturec.diagnostics.source import Span
@@ -284,6 +283,6 @@ class LoweredModel(NamedTuple):
     gestures: tuple[dict[str, Any], ...]  # parsed, scoped and typed; JSON for the manifest
     tests: tuple[dict[str, Any], ...]
     parameters: dict[str, Any]  # effective values, as written, for reports
-    sources: tuple[tuple[str, str], ...] = field(default=())  # name and sha256 of every file read
+    sources: tuple[tuple[str, str], ...] = ()  # name and sha256 of every file read
     bodies: tuple[LoweredPart, ...] = ()  # of several bodies; of one there is none
     patterns: tuple[LoweredPattern, ...] = ()  # of the gestures, in their order

@@ -46,6 +46,7 @@ class Rule(NamedTuple):
     takes: list[tuple[int, bool, int]]  # symbol, whether its values go into these, how many None before it
     nones: int  # at the end
     is_single: bool  # a lone value stands for itself
+    is_renaming: bool  # its one symbol's value is its value, as of most rules that are met
 
 
 class WrongCharacter(Exception):
@@ -90,6 +91,9 @@ def parse(text: str, start: str, builder: Any) -> Any:
 
 def reduce(rule: Rule, states: list[int], values: list[Any], builder: Any) -> None:
     """Put one value in place of those of a rule's symbols."""
+    if rule.is_renaming:
+        states[-1] = STATES[states[-2]][rule.name]
+        return
     taken = values[len(values) - rule.length :]
     parts: list[Any] = []
     for index, is_inlined, nones in rule.takes:
@@ -104,22 +108,22 @@ def reduce(rule: Rule, states: list[int], values: list[Any], builder: Any) -> No
 
 def next_token(text: str, at: int, states: list[int]) -> Token:
     """The next token of those that can stand in a state; the end of the text is one."""
-    while (token := match(text, at, STATES[states[-1]])) is not None and token.type == IGNORED:
+    while (token := match(text, at, states[-1])) is not None and token.type == IGNORED:
         at = token.end_pos
     if token is not None:
         return token
     if at == len(text):
         return Token(END, "", at)
-    other = match(text, at, TABLES["TERMINALS"])
+    other = match(text, at, None)
     if other is None:
         raise WrongCharacter(at)
     raise WrongToken(other, expected_after(states))
 
 
-def match(text: str, at: int, among: Any) -> Token | None:
-    """The first terminal of a state that begins at a place."""
-    for name, pattern in terminals():
-        if (name in among or name == IGNORED) and (found := pattern.match(text, at)) is not None:
+def match(text: str, at: int, state: int | None) -> Token | None:
+    """The first terminal of a state (None: of all) that begins at a place."""
+    for name, pattern in sought(state):
+        if (found := pattern.match(text, at)) is not None:
             return Token(name, found[0], at)
     return None
 
@@ -145,7 +149,14 @@ def is_taken(states: list[int], name: str) -> bool:
 @cache
 def rules() -> tuple[Rule, ...]:
     """The rules of the tables."""
-    return tuple(Rule(*row) for row in TABLES["RULES"])
+    rows = TABLES["RULES"]
+    return tuple(Rule(*row, row[1] == 1 and row[3] == [[0, False, 0]] and row[4] == 0 and row[5]) for row in rows)
+
+
+@cache
+def sought(state: int | None) -> tuple[tuple[str, re.Pattern[str]], ...]:
+    """The terminals that can stand in a state (None: all), in the order in which they are tried."""
+    return tuple(pair for pair in terminals() if state is None or pair[0] in STATES[state] or pair[0] == IGNORED)
 
 
 @cache

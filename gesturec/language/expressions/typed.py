@@ -86,14 +86,14 @@ MOTION: Final = frozenset(
 def uses(typed: Typed) -> Uses:
     """What an expression speaks of."""
     nodes = list(walk(typed))
-    symbols = [symbol for node in nodes for symbol in node.symbols]
+    ops = {node.op for node in nodes}
+    named = [symbol for node in nodes for symbol in node.symbols]
     return Uses(
-        frozenset(symbol.name for symbol in symbols if isinstance(symbol, Joint)),
-        frozenset(symbol.name for symbol in symbols if isinstance(symbol, Token)),
-        frozenset(symbol.machine for symbol in symbols if isinstance(symbol, (StateTest, CycleAt))),
-        frozenset(symbol.full for symbol in symbols if isinstance(symbol, Pose)),
-        frozenset(symbol.name for symbol in symbols if isinstance(symbol, Limb)),
-        any(node.op in MOTION for node in nodes)
-        or any(isinstance(symbol, Pose) and symbol.in_motion for symbol in symbols),
-        any(node.op.startswith("prev_") for node in nodes),
+        frozenset(symbol.name for symbol in named if isinstance(symbol, Joint)),
+        frozenset(symbol.name for symbol in named if isinstance(symbol, Token)),
+        frozenset(symbol.machine for symbol in named if isinstance(symbol, (StateTest, CycleAt))),
+        frozenset(symbol.full for symbol in named if isinstance(symbol, Pose)),
+        frozenset(symbol.name for symbol in named if isinstance(symbol, Limb)),
+        bool(ops & MOTION) or any(isinstance(symbol, Pose) and symbol.in_motion for symbol in named),
+        any(op.startswith("prev_") for op in ops),
     )
