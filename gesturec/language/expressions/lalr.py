@@ -149,8 +149,14 @@ def is_taken(states: list[int], name: str) -> bool:
 @cache
 def rules() -> tuple[Rule, ...]:
     """The rules of the tables."""
-    rows = TABLES["RULES"]
-    return tuple(Rule(*row, row[1] == 1 and row[3] == [[0, False, 0]] and row[4] == 0 and row[5]) for row in rows)
+    return tuple(map(rule_of, TABLES["RULES"]))
+
+
+def rule_of(row: list[Any]) -> Rule:
+    """A rule as the tables have it."""
+    name, length, method, takes, nones, is_single = row
+    is_renaming = is_single and length == 1 and takes == [[0, False, 0]] and not nones
+    return Rule(name, length, method, takes, nones, is_single, is_renaming)
 
 
 @cache
