@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.diagnostics.diagnostic import Diagnostic
@@ -16,7 +16,9 @@ from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.rules import severity
 from gesturec.diagnostics.source import Source
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits
-from gesturec.model import Model
+
+if TYPE_CHECKING:
+    from gesturec.model import Model
 
 ModelSource = str | os.PathLike[str] | Source
 
@@ -52,6 +54,8 @@ def compile_model(
     ModelError
         With every finding, where one of them is an error.
     """
+    from gesturec.model import Model
+
     artifact, findings = compile_stages(source, set, profile, limits)
     if artifact is None:
         raise ModelError(findings)
@@ -76,7 +80,8 @@ def findings_of(
 ) -> tuple[Diagnostic, ...]:
     """Every finding about a model, sorted by place; none means that it compiles without a word."""
     try:
-        return compile_stages(source, set, profile, limits).findings
+        *_, (_, _, findings) = iterate_stages(source, set, profile, limits, only_findings=True)
+        return findings
     except ModelError as error:
         return error.diagnostics
 
@@ -97,10 +102,14 @@ def iterate_stages(
     set: Mapping[str, object] | None = None,
     profile: str | os.PathLike[str] | None = None,
     limits: Limits = DEFAULT_LIMITS,
+    only_findings: bool = False,
 ) -> Iterator[tuple[str, object, tuple[Diagnostic, ...]]]:
-    """Each stage's name, product and all findings so far; ends after a stage with errors."""
+    """Each stage's name, product and all findings so far; ends after a stage with errors.
+
+    With `only_findings` the artifact is made only where a profile speaks of it.
+    """
     from gesturec.checks.check import resolve_model
-    from gesturec.expansion.expand import expand_model
+    from gesturec.expansion.expand import expand_model, find_tables
     from gesturec.language.load import load_model
     from gesturec.lowering.lower import lower_body
 
@@ -113,6 +122,9 @@ def iterate_stages(
         return
     lowered = lower_body(body)
     yield "lowered", lowered, findings
+    if only_findings and profile is None:
+        yield "tables", None, sorted_findings((*findings, *find_tables(lowered, limits).findings))
+        return
     artifact, more = expand_model(lowered, limits)
     if artifact is not None and profile is not None:
         artifact, told = with_body(artifact, profile, limits)

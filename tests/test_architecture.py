@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -104,13 +105,18 @@ def test_what_runs_a_compiled_file_needs_numpy_alone(room: str) -> None:
                 assert parts[1] in rooms, f"{path.name} imports {module}"
 
 
-def loaded_by(code: str) -> set[str]:
-    """Top-level modules of ours that are loaded after `code` ran in a fresh interpreter."""
-    script = f"import sys\n{code}\nprint('\\n' + ' '.join(sorted({{name.split('.')[0] for name in sys.modules}})))"
+def modules_after(code: str) -> set[str]:
+    """Modules that are loaded after `code` ran in a fresh interpreter."""
+    script = f"import sys\n{code}\nprint('\\n' + ' '.join(sorted(sys.modules)))"
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, cwd=PACKAGE.parent, check=True, timeout=60
     )
     return set(done.stdout.splitlines()[-1].split())
+
+
+def loaded_by(code: str) -> set[str]:
+    """Their packages."""
+    return {name.split(".")[0] for name in modules_after(code)}
 
 
 @pytest.mark.parametrize(
@@ -128,3 +134,26 @@ def loaded_by(code: str) -> set[str]:
 )
 def test_nothing_heavy_is_loaded_for(code: str, allowed: set[str]) -> None:
     assert loaded_by(code) & set(HEAVY) <= allowed
+
+
+UNUSED_BY_A_CHECK = (
+    # what is made of a model once it is found to be right
+    *("gesturec.model", "gesturec.artifact.manifest", "gesturec.artifact.store", "gesturec.artifact.validate"),
+    *("gesturec.artifact.moments", "gesturec.expansion.tables", "gesturec.expansion.naming", "gesturec.runtime"),
+    # what the hand does not have: curves, states by name, several bodies, rules that allow, folds, a profile's body
+    *("gesturec.checks.cycles", "gesturec.expansion.curve", "gesturec.expansion.written", "gesturec.checks.bodies"),
+    *("gesturec.checks.spanning", "gesturec.language.expressions.folds", "gesturec.profile", "csv"),
+    # other commands
+    *("gesturec.dump", "gesturec.provenance", "gesturec.simulate", "gesturec.modeltests", "gesturec.recordings"),
+)
+"""Where no bytecode is kept, each module that is loaded is compiled anew at every start."""
+
+
+def test_a_check_loads_what_it_uses() -> None:
+    loaded = modules_after("from gesturec.cli.main import main; assert main(['check', 'hand']) == 0")
+    assert "gesturec.checks.check" in loaded and "gesturec.expansion.expand" in loaded
+    assert not loaded & set(UNUSED_BY_A_CHECK)
+
+
+def test_what_a_check_does_not_use_is_there() -> None:
+    assert all(find_spec(name) is not None for name in UNUSED_BY_A_CHECK)

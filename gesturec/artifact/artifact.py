@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.columns import STATE_KINDS, STEP_KINDS
-from gesturec.artifact.manifest import Manifest
+
+if TYPE_CHECKING:
+    from gesturec.artifact.manifest import Manifest
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]

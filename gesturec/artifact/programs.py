@@ -13,7 +13,6 @@ result needs it, so that `b != 0 and a / b > 2` is defined where b is 0.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -172,8 +171,7 @@ class Environment(Protocol):
         """The value of leaf operation `name` (`OPS`, all but `constant`): a number, truth or vector (..., 3), SI."""
 
 
-@dataclass(frozen=True, slots=True)
-class JointEnvironment:
+class JointEnvironment(NamedTuple):
     """Joint values and nothing else, as for the programs of coupled joints: by joint, of shapes that broadcast."""
 
     values: Mapping[int, Array] | Sequence[Array] | Array

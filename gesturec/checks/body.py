@@ -7,7 +7,7 @@ nothing in it can fail any more.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from gesturec.checks.environment import Environment
 from gesturec.checks.rotations import Matrix, Vector
@@ -22,8 +22,7 @@ ValueSource = Literal["quantised", "coupled", "fixed", "keyed"]
 INFINITE = float("inf")
 
 
-@dataclass(frozen=True, slots=True)
-class BodyLevel:
+class BodyLevel(NamedTuple):
     """A level: its label (its name, or its value in the author's units) and value, SI."""
 
     label: str
@@ -69,8 +68,7 @@ class BodyJoint:
         return self.source in ("quantised", "keyed")
 
 
-@dataclass(frozen=True, slots=True)
-class BodyToken:
+class BodyToken(NamedTuple):
     """A token; `joint` is the index of the limb's joint that moves it last, -1 for none. `limb` None: on the root."""
 
     name: str
@@ -88,8 +86,7 @@ class BodyToken:
         return self.name if self.limb is None else f"{self.limb}.{self.name}"
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(NamedTuple):
     """Blocks of a limb that were written in one place: its template's, or its own, with what they see."""
 
     block: Any  # Template or Limb
@@ -127,8 +124,7 @@ class BodyLimb:
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class Expressed:
+class Expressed(NamedTuple):
     """A typed expression, the scope it was typed in, and the limb whose mirrors it shares (None: the body's)."""
 
     typed: Any  # expressions.typed
@@ -137,8 +133,7 @@ class Expressed:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyCell:
+class BodyCell(NamedTuple):
     """What a state or pose wants of a joint: a value and its bounds, SI. `free`: any value."""
 
     limb: str
@@ -149,8 +144,7 @@ class BodyCell:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyState:
+class BodyState(NamedTuple):
     """A named state."""
 
     name: str
@@ -160,8 +154,7 @@ class BodyState:
     wrong: frozenset[tuple[str, str]] = frozenset()  # joints of which it says something wrong, which is reported
 
 
-@dataclass(frozen=True, slots=True)
-class BodyPhase:
+class BodyPhase(NamedTuple):
     """A phase from `start` to `end`, 0 to 1."""
 
     name: str
@@ -171,8 +164,7 @@ class BodyPhase:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyKeys:
+class BodyKeys(NamedTuple):
     """Keys of a joint: places (0 to 1, rising) and values, SI."""
 
     limb: str
@@ -181,8 +173,7 @@ class BodyKeys:
     value: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class BodyCycle:
+class BodyCycle(NamedTuple):
     """A cycle or path."""
 
     closed: bool
@@ -194,8 +185,7 @@ class BodyCycle:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyArc:
+class BodyArc(NamedTuple):
     """A transition between states or phases."""
 
     source: str
@@ -203,8 +193,7 @@ class BodyArc:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyDwell:
+class BodyDwell(NamedTuple):
     """Bounds of the time in a state or phase; name None: any."""
 
     name: str | None
@@ -213,8 +202,7 @@ class BodyDwell:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyConstraint:
+class BodyConstraint(NamedTuple):
     """A constraint or rule; `kind` is its key, `owner` its limb, machine or None for the body."""
 
     name: str
@@ -254,8 +242,7 @@ class BodyMachine:
         return tuple(names)
 
 
-@dataclass(frozen=True, slots=True)
-class BodyPose:
+class BodyPose(NamedTuple):
     """A pose: the conjunction of its parts, and what its configuration map wants."""
 
     full: str
@@ -267,8 +254,7 @@ class BodyPose:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyGesture:
+class BodyGesture(NamedTuple):
     """A gesture: its checked pattern, that pattern as written, and its times, s."""
 
     full: str
@@ -280,8 +266,7 @@ class BodyGesture:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class BodyBinding:
+class BodyBinding(NamedTuple):
     """Another tool's names for our tokens, by full name, with weights that sum to one."""
 
     name: str

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyCell, BodyJoint, BodyLimb, ResolvedBody
@@ -29,8 +29,7 @@ WHEN = "when"
 SLACK = SAME
 
 
-@dataclass(frozen=True, slots=True)
-class Wish:
+class Wish(NamedTuple):
     """What a map says of one joint. `cell` None: any value; `test` None: nothing to test."""
 
     joint: BodyJoint
@@ -40,8 +39,7 @@ class Wish:
     is_level: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class LimbEntry:
+class LimbEntry(NamedTuple):
     """What a map at the top says of one limb: a joint map, or an expression in its own names."""
 
     limb: BodyLimb

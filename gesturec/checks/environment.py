@@ -8,7 +8,7 @@ by itself is found while it is still open.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Node, Sequence, Text
@@ -87,7 +87,7 @@ class Environment:
         value = node_value(given.node, given.environment or self)
         given.is_open = False
         # Passed by name, a bare number keeps its file's units whatever plain factors it meets.
-        return replace(value, weak=False) if isinstance(value, Quantity) else value
+        return value._replace(weak=False) if isinstance(value, Quantity) else value
 
 
 def node_value(node: Node, environment: Environment) -> ParameterValue:

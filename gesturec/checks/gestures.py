@@ -6,6 +6,7 @@ In: the gestures' blocks of limbs and of the top. Out: `BodyGesture` with its tr
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyGesture, BodyLimb, ResolvedBody
@@ -26,8 +27,7 @@ from gesturec.language.schema.leaf import is_passed
 COOLDOWN, PATIENCE = 0.0, 0.3  # s, as the language says
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenGesture:
+class WrittenGesture(NamedTuple):
     """A gesture as written: its limb (None at the top), key and block, and what it sees."""
 
     full: str

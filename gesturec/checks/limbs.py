@@ -8,6 +8,7 @@ A fault in a template is found in every limb made of it, and told once, with the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyLimb, ResolvedBody, Section
@@ -25,8 +26,7 @@ from gesturec.language.model import Model
 from gesturec.language.schema.blocks import Limb, Template
 
 
-@dataclass(frozen=True, slots=True)
-class TemplateOf:
+class TemplateOf(NamedTuple):
     """A template with the environment of its file."""
 
     key: Text

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gesturec.checks import values
 from gesturec.checks.body import BodyArc, BodyCell, BodyDwell, BodyLimb, BodyMachine, BodyState, ResolvedBody
 from gesturec.checks.configuration import Wish, joint_wishes, limb_entries
-from gesturec.checks.cycles import build_curve
 from gesturec.checks.environment import Environment
 from gesturec.checks.plausible import LONGEST_PAUSE, LONGEST_TICK, suspect_time
 from gesturec.diagnostics.diagnostic import Related
@@ -28,8 +27,7 @@ from gesturec.language.schema.blocks import LimbMachine, Machine, Transitions
 from gesturec.language.schema.leaf import texts_in, wrong_kind
 
 
-@dataclass(frozen=True, slots=True)
-class MachinePlan:
+class MachinePlan(NamedTuple):
     """A machine to build: its limbs, and what is written about it."""
 
     name: str
@@ -111,7 +109,10 @@ def build_machine(plan: MachinePlan, body: ResolvedBody, environment: Environmen
     machine.is_hole = any(limb.is_hole for limb in plan.limbs)
     if block is not None:
         machine.states = tuple(states_of(block, plan, body))
-        machine.cycle = build_curve(block, plan.limbs, plan.environment, plan.is_own)
+        if block.cycle or block.path:
+            from gesturec.checks.cycles import build_curve
+
+            machine.cycle = build_curve(block, plan.limbs, plan.environment, plan.is_own)
         for first, second in (("cycle", "path"),):
             if block.has(first) and block.has(second):
                 related = (Related(f"beside `{first}`", block.key(first)),)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Settings
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from gesturec.checks import values
 from gesturec.checks.environment import Environment, Given
@@ -26,8 +27,7 @@ SCALE, SIDE = "scale", "side"
 SMALLEST_SCALE, LARGEST_SCALE = 1e-3, 1e3
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
+class Placed(NamedTuple):
     """A setting that another file says, with what is seen there."""
 
     node: Text

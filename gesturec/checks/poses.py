@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from gesturec.checks.body import BodyCell, BodyLimb, BodyPose, Expressed, ResolvedBody
 from gesturec.checks.configuration import WHEN, joint_wishes, limb_entries
@@ -30,8 +30,7 @@ from gesturec.language.schema.leaf import is_passed
 MOST_OPEN: Final = 10
 
 
-@dataclass(frozen=True, slots=True)
-class WrittenPose:
+class WrittenPose(NamedTuple):
     """A pose as written: its limb (None at the top), its key and node, and what it sees."""
 
     full: str

@@ -48,7 +48,7 @@ def build_span(body: ResolvedBody, settled: Settled, findings: Findings) -> tupl
     refuse_joint_allows(body, findings)
     gestures.build()
     body.root_tokens = {
-        f"{part.name}.{full}": replace(token, name=f"{part.name}.{full}", limb=None)
+        f"{part.name}.{full}": token._replace(name=f"{part.name}.{full}", limb=None)
         for part in body.parts.values()
         for full, token in tokens_of(part.body).items()
     }
@@ -105,7 +105,7 @@ def build_constraints(body: ResolvedBody, scope: SpanScope, findings: Findings) 
     for constraint in constraints_of(blocks, scope, None, None):
         typed = spanning(constraint.expressed.typed, body, False, findings)
         if typed is not None:
-            body.constraints.append(replace(constraint, expressed=replace(constraint.expressed, typed=typed)))
+            body.constraints.append(constraint._replace(expressed=constraint.expressed._replace(typed=typed)))
 
 
 def build_transitions(body: ResolvedBody, scope: SpanScope, findings: Findings) -> None:
@@ -117,7 +117,7 @@ def build_transitions(body: ResolvedBody, scope: SpanScope, findings: Findings) 
     for rule in rules_of(top.rules, scope, None):
         typed = spanning(rule.expressed.typed, body, False, findings)
         if typed is not None:
-            body.rules.append(replace(rule, expressed=replace(rule.expressed, typed=typed)))
+            body.rules.append(rule._replace(expressed=rule.expressed._replace(typed=typed)))
     body.exclusive = exclusive_of(body, scope.environment)
 
 
@@ -203,7 +203,7 @@ class SpanBuilder(PoseBuilder):
             inner.limbs(node, inner.scope)
         self.is_wrong |= inner.is_wrong
         for found in inner.parts:
-            self.parts.append(replace(found, typed=of_part(found.typed, part, found.limb), limb=None))
+            self.parts.append(found._replace(typed=of_part(found.typed, part, found.limb), limb=None))
         self.wanted += map(part.cell, inner.wanted)
 
 
@@ -229,7 +229,7 @@ class SpanGestures(Gestures):
         findings = written.environment.findings
         truths = [spanning(typed, self.body, True, findings) for typed in built.checked.truths]
         known = tuple(truth for truth in truths if truth is not None)
-        return replace(built, checked=replace(built.checked, truths=known)) if len(known) == len(truths) else None
+        return built._replace(checked=built.checked._replace(truths=known)) if len(known) == len(truths) else None
 
 
 def limbs_of_parts(body: ResolvedBody) -> tuple[str, ...]:
@@ -258,7 +258,7 @@ def joined_bindings(body: ResolvedBody) -> tuple[BodyBinding, ...]:
                 for ours, theirs in binding.tokens
             )
             order = tuple(f"{part.name}.{name}" for name in binding.order)
-            one = replace(binding, tokens=tokens, order=order)
+            one = binding._replace(tokens=tokens, order=order)
             found[binding.name] = joined(found[binding.name], one) if binding.name in found else one
     return tuple(found.values())
 
@@ -266,7 +266,7 @@ def joined_bindings(body: ResolvedBody) -> tuple[BodyBinding, ...]:
 def joined(a: BodyBinding, b: BodyBinding) -> BodyBinding:
     """Two bodies' bindings as one; what is up is known only where both say the same."""
     up = a.up if a.up == b.up else None
-    return replace(a, tokens=(*a.tokens, *b.tokens), order=(*a.order, *b.order), up=up)
+    return a._replace(tokens=(*a.tokens, *b.tokens), order=(*a.order, *b.order), up=up)
 
 
 def build_all_tests(body: ResolvedBody, poses: SpanPoses, gestures: SpanGestures) -> None:

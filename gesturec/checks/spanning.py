@@ -8,8 +8,8 @@ and what its file says of its bodies is as much the world's as what is said here
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from gesturec.checks.body import BodyCell, BodyPose, ResolvedBody
 from gesturec.checks.poses import Poses
@@ -24,8 +24,7 @@ from gesturec.language.findings import Findings
 OF_ONE_BODY = frozenset(("root_axis", "body_rate", "world_rate", "still"))
 
 
-@dataclass(frozen=True, eq=False)
-class BodyPart:
+class BodyPart(NamedTuple):
     """One of several bodies, and what its expressions see."""
 
     name: str
@@ -41,11 +40,11 @@ class BodyPart:
     def pose(self, full: str) -> BodyPose | None:
         """One of its poses, as one of the whole."""
         pose = self.poses.resolve(full)
-        return pose and replace(pose, full=f"{self.name}.{full}", wanted=tuple(map(self.cell, pose.wanted)))
+        return pose and pose._replace(full=f"{self.name}.{full}", wanted=tuple(map(self.cell, pose.wanted)))
 
     def cell(self, cell: BodyCell) -> BodyCell:
         """What is wanted of one of its joints."""
-        return replace(cell, limb=f"{self.name}.{cell.limb}")
+        return cell._replace(limb=f"{self.name}.{cell.limb}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +71,7 @@ class SpanScope(BodyScope):
         return self.names.pose(name) or self.names.gesture(name)
 
 
-@dataclass(frozen=True, eq=False)
-class PartScope:
+class PartScope(NamedTuple):
     """A scope of one body, whose symbols are told by their names in the whole."""
 
     inner: BodyScope
@@ -87,20 +85,20 @@ class PartScope:
     def resolve(self, path: tuple[str, ...]) -> Symbol:
         """What a path means there."""
         found = prefixed_symbol(self.inner.resolve(path), self.name, self.names)
-        return replace(found, position=found.position - 1) if isinstance(found, Unknown) else found
+        return found._replace(position=found.position - 1) if isinstance(found, Unknown) else found
 
 
 def prefixed_symbol(symbol: Symbol, name: str, names: Names) -> Symbol:
     """A symbol of one body as one of the whole."""
     match symbol:
         case symbols.Joint() | symbols.Token() | symbols.Limb():
-            return replace(symbol, name=f"{name}.{symbol.name}")
+            return symbol._replace(name=f"{name}.{symbol.name}")
         case symbols.LevelTest():
-            return replace(symbol, joint=f"{name}.{symbol.joint}")
+            return symbol._replace(joint=f"{name}.{symbol.joint}")
         case symbols.StateTest() | symbols.CycleAt():
-            return replace(symbol, machine=f"{name}.{symbol.machine}")
+            return symbol._replace(machine=f"{name}.{symbol.machine}")
         case symbols.Pose():
-            return replace(symbol, full=f"{name}.{symbol.full}")
+            return symbol._replace(full=f"{name}.{symbol.full}")
         case symbols.Gesture():
             scope = PartScope(symbol.scope, name, names)
             return symbols.Gesture(f"{name}.{symbol.full}", symbol.pattern, scope, seen_from(symbol, name))
@@ -109,7 +107,7 @@ def prefixed_symbol(symbol: Symbol, name: str, names: Names) -> Symbol:
         case symbols.Group():
             return symbols.Group(f"{name}.{symbol.name}", tuple((name, *member) for member in symbol.members))
         case Unknown():
-            return replace(symbol, position=symbol.position + 1)
+            return symbol._replace(position=symbol.position + 1)
         case _:
             return symbol
 
@@ -132,8 +130,8 @@ def of_part(typed: Typed, part: BodyPart, limb: str | None) -> Typed:
 def renamed(typed: Typed, part: BodyPart) -> Typed:
     """A typed expression with the body's name in front of all of its names."""
     operands = tuple(renamed(operand, part) for operand in typed.operands)
-    return replace(
-        typed, operands=operands, symbols=tuple(prefixed_symbol(s, part.name, part.names) for s in typed.symbols)
+    return typed._replace(
+        operands=operands, symbols=tuple(prefixed_symbol(s, part.name, part.names) for s in typed.symbols)
     )
 
 
@@ -142,15 +140,15 @@ def in_world(typed: Typed, body: ResolvedBody) -> Typed:
     if typed.op == "seen_from" or typed.constant is not None:
         return typed
     if typed.op in ("token", "prev_token"):
-        return replace(typed, op="world_token")
+        return typed._replace(op="world_token")
     if typed.op == "clearance" and across(typed, body):
-        return replace(typed, op="world_clearance")
+        return typed._replace(op="world_clearance")
     if typed.op in ("joint", "prev_joint") and isinstance(typed.symbols[0], symbols.Joint):
         scale = single(typed.symbols[0].name, body)[1].scale
         if typed.symbols[0].kind == LENGTH and scale != 1.0:
             back = Typed("constant", Type(NUMBER.what, PURE), typed.span, constant=Quantity(1.0 / scale, PURE))
             return Typed("multiply", typed.type, typed.span, (typed, back))
-    return replace(typed, operands=tuple(in_world(operand, body) for operand in typed.operands))
+    return typed._replace(operands=tuple(in_world(operand, body) for operand in typed.operands))
 
 
 def spanning(typed: Typed | None, body: ResolvedBody, motion: bool, findings: Findings) -> Typed | None:

@@ -7,7 +7,6 @@ together; `allow` adds a step to one machine's own, and there is no joint step t
 from __future__ import annotations
 
 from gesturec.checks.body import ResolvedBody
-from gesturec.checks.spanning import known_part, single
 from gesturec.language.expressions.scope import CycleAt, Joint, LevelTest, Limb, Pose, StateTest, Symbol, Token
 from gesturec.language.expressions.typed import Typed, walk
 from gesturec.language.findings import Findings
@@ -53,6 +52,8 @@ def symbol_machines(symbol: Symbol, body: ResolvedBody, is_local: bool) -> set[s
 
 def limb_machines(name: str, body: ResolvedBody, is_carried: bool) -> set[str]:
     """The machine of the limb of a name, and those of the limbs that carry it."""
+    from gesturec.checks.spanning import single
+
     above, one, inner = single(name, body)
     limb, found = one.limbs.get(inner.partition(".")[0]), set[str]()
     while limb is not None:
@@ -64,6 +65,8 @@ def limb_machines(name: str, body: ResolvedBody, is_carried: bool) -> set[str]:
 
 def pose_machines(full: str, body: ResolvedBody) -> set[str]:
     """The machines that a pose speaks of; of a wrong one none."""
+    from gesturec.checks.spanning import known_part
+
     found = known_part(full, body)
     if found is not None:
         part, inner = found

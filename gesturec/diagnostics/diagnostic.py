@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from gesturec.diagnostics.source import Span
 
 Severity = Literal["error", "warning"]
 
 
-@dataclass(frozen=True, slots=True)
-class Related:
+class Related(NamedTuple):
     """A second place that a finding speaks of.
 
     A `note` is told in one line under the finding; any other place is shown with its line.
@@ -22,8 +20,7 @@ class Related:
     note: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(NamedTuple):
     """What is wrong, where, and what would mend it.
 
     `rule` is an id of `rules.RULES`, which also gives the severity. `message` is one line, lower

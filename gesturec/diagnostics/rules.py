@@ -6,7 +6,6 @@ fault, never the fix, and never change.
 
 from __future__ import annotations
 
-from importlib.resources import files
 from typing import Final, NamedTuple
 
 from gesturec.diagnostics.diagnostic import Severity
@@ -147,4 +146,6 @@ def severity(rule: str) -> Severity:
 
 def page(rule: str) -> str:
     """The page that `gesturec explain RULE` prints, Markdown."""
+    from importlib.resources import files
+
     return files("gesturec.diagnostics").joinpath("pages", f"{rule}.md").read_text(encoding="utf-8")

@@ -6,8 +6,7 @@ In: operations in postfix order. Out: the free joints and machines behind them, 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from gesturec.artifact.programs import OPS, unpack_limbs
 from gesturec.language.expressions.typed import MOTION
@@ -16,8 +15,7 @@ from gesturec.lowering.lowered import LoweredModel, Operation
 TAKES: Final = {op.name: op.takes for op in OPS}
 
 
-@dataclass(frozen=True, slots=True)
-class Dependence:
+class Dependence(NamedTuple):
     """The free joints whose values count, the machines whose states count as such, and whether motion does."""
 
     joints: frozenset[int] = frozenset()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,6 +61,7 @@ class Body:
     states: dict[int, MachineStates]
     limits: Limits = DEFAULT_LIMITS
     leaves: dict[int, tuple[MachineStates, LeafEnvironment]] = field(default_factory=dict)
+    said: dict[tuple[Operation, ...], Any] = field(default_factory=dict)  # by poses, which repeat each other's parts
 
 
 def environment(body: Body, values: Mapping[int, Floats], state: Mapping[int, Ints]) -> LeafEnvironment:

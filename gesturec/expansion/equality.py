@@ -35,7 +35,7 @@ def equal_findings(body: Body, results: Iterable[MachineResult]) -> list[Diagnos
         states = result.expanded.states
         lowered = body.model.machines[states.machine]
         visible = np.array([not body.model.tokens[token].virtual for token in result.tokens], dtype=bool)
-        group = equal_states(result.tables.template, visible)
+        group = equal_states(result.template, visible)
         twins = np.flatnonzero(group != np.arange(len(group)))
         if not len(twins) or not visible.any():
             continue

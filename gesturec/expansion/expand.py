@@ -1,4 +1,4 @@
-"""The stage's table of contents: a lowered model in, its artifact and all findings out.
+"""The stage's table of contents: a lowered model in, its tables or artifact and all findings out.
 
 Machines are expanded one by one, so that the cost of a body grows with the sum of its machines; what spans
 machines (relations, poses, rules) is settled afterwards, from their states.
@@ -28,8 +28,7 @@ from gesturec.expansion.poses import PoseTruth, expand_pose
 from gesturec.expansion.relations import Relation, cost_of, expand_relation
 from gesturec.expansion.results import BodyTables, MachineResult
 from gesturec.expansion.states import Floats, MachineStates
-from gesturec.expansion.tables import build_artifact
-from gesturec.expansion.tokens import token_tables
+from gesturec.expansion.tokens import templates
 from gesturec.expansion.transitions import expand_transitions
 from gesturec.language.expressions.units import BASE_UNITS
 from gesturec.lowering.lowered import LoweredConstraint, LoweredModel, LoweredPose, LoweredRule
@@ -42,6 +41,13 @@ SAME_VALUE: Final = 1e-8
 MOST_LISTED: Final = 12
 
 
+class Found(NamedTuple):
+    """What is found of a body before it is laid out: its tables (None where there are errors) and the findings."""
+
+    tables: BodyTables | None
+    findings: tuple[Diagnostic, ...]
+
+
 class Expansion(NamedTuple):
     """What expansion gives: the artifact (None where there are errors) and the findings."""
 
@@ -51,8 +57,16 @@ class Expansion(NamedTuple):
 
 def expand_model(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Expansion:
     """Expand a lowered model within `limits`."""
-    artifact, findings = _expand(model, limits)
-    return Expansion(artifact, _each_once(findings) if model.bodies else findings)
+    from gesturec.expansion.tables import build_artifact
+
+    tables, findings = find_tables(model, limits)
+    return Expansion(None if tables is None else build_artifact(tables), findings)
+
+
+def find_tables(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Found:
+    """As `expand_model` without the artifact, of which no finding is made: all that `gesturec check` needs."""
+    tables, findings = _expand(model, limits)
+    return Found(tables, _each_once(findings) if model.bodies else findings)
 
 
 def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -61,10 +75,10 @@ def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
     return tuple(finding for finding in findings if any(finding is kept for kept in places.values()))
 
 
-def _expand(model: LoweredModel, limits: Limits) -> Expansion:
+def _expand(model: LoweredModel, limits: Limits) -> Found:
     findings = far_findings(model)
     if findings:
-        return Expansion(None, tuple(findings))
+        return Found(None, tuple(findings))
     columns = chain_columns(model)
     body = Body(model, _chain(model, columns), SetTable(), {}, limits)
     machines = [_attempt(findings, _expand_machine, body, m, limits) for m in range(len(model.machines))]
@@ -73,19 +87,19 @@ def _expand(model: LoweredModel, limits: Limits) -> Expansion:
         findings.extend(result.findings)
     findings.extend(equal_findings(body, results))
     if len(results) < len(machines):
-        return Expansion(None, tuple(findings))
+        return Found(None, tuple(findings))
     relations = _each(findings, expand_relation, body, _across(model), limits)
     poses = _each(findings, lambda body, pose, _: expand_pose(body, pose), body, model.poses, limits)
     if relations is None or poses is None:
-        return Expansion(None, tuple(findings))
+        return Found(None, tuple(findings))
     conflicts = conflict_findings(body, relations)
     if conflicts:
-        return Expansion(None, (*findings, *conflicts))
+        return Found(None, (*findings, *conflicts))
     findings.extend(_idle(results, relations))
     findings.extend(_empty_poses(body, poses))
     findings.extend(gesture_findings(body, relations, _named_empty(body, poses)))
     tables = BodyTables(body, columns, tuple(results), tuple(relations), tuple(poses))
-    return Expansion(build_artifact(tables), tuple(findings))
+    return Found(tables, tuple(findings))
 
 
 def _attempt(findings: list[Diagnostic], expand: Callable[..., T], *arguments: object) -> T | None:
@@ -125,10 +139,9 @@ def _expand_machine(body: Body, machine: int, limits: Limits) -> MachineResult:
     _refuse_memory(body, expanded, len(tokens), limits)
     cost = _state_cost(body, states, [each for each in own if each.kind != "require"])
     transitions = expand_transitions(body, states, _rules(body.model, machine), limits)
-    spread = np.array([joint.spread for joint in body.model.joints])
-    tables = token_tables(body.chain, spread, states, tokens, lowered.parent)
+    template = templates(body.chain, states, tokens, lowered.parent)
     findings = graph_findings(lowered, states, transitions.arcs)
-    return MachineResult(expanded, tuple(tokens), cost, transitions, tables, tuple(findings))
+    return MachineResult(expanded, tuple(tokens), cost, transitions, template, tuple(findings))
 
 
 def _refuse_memory(body: Body, expanded: Expanded, n_token: int, limits: Limits) -> None:

@@ -11,7 +11,6 @@ asking is a look-up. Joints that no check names come last, when the number of su
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from math import prod
 from typing import Any, Final, NamedTuple
 
@@ -26,8 +25,7 @@ LAID_OUT: Final = 1 << 21  # combinations of a machine up to which removed arcs 
 TABLE: Final = 1 << 20  # combinations of a check's own joints up to which it is tabulated
 
 
-@dataclass(frozen=True, eq=False)
-class Check:
+class Check(NamedTuple):
     """A truth that combinations must have.
 
     `holds(levels)` takes the levels of `positions`, one array each, all of shapes that broadcast.

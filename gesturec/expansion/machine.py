@@ -23,7 +23,6 @@ from gesturec.expansion.grid import Check, TooMany, removed, survivors
 from gesturec.expansion.limits import Limits, Refused, no_value, refuse_count
 from gesturec.expansion.states import Floats, MachineStates
 from gesturec.expansion.table import free_of, grid_states
-from gesturec.expansion.written import written_states
 from gesturec.lowering.lowered import LoweredConstraint
 
 
@@ -48,6 +47,8 @@ def expand_states(body: Body, machine: int, requires: Sequence[LoweredConstraint
     lowered = body.model.machines[machine]
     if lowered.kind == "grid":
         return _grid(body, machine, requires, limits)
+    from gesturec.expansion.written import written_states
+
     states = written_states(body, machine, limits)
     return _filtered(body, states, requires)
 

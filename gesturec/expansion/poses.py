@@ -24,6 +24,14 @@ UNKNOWN: Final = 2
 Mask = NDArray[np.bool_] | None  # None: nowhere
 
 
+class Said(NamedTuple):
+    """What a part says of every state of the one machine that it speaks of, and where it is undefined."""
+
+    machine: int
+    truth: NDArray[np.uint8]
+    undefined: Mask
+
+
 class PoseTruth(NamedTuple):
     """Truths of each machine's states, by machine, and whether they are the whole pose."""
 
@@ -37,15 +45,14 @@ def expand_pose(body: Body, pose: LoweredPose) -> PoseTruth:
     missing = {machine: np.zeros(states.count, bool) for machine, states in body.states.items()}
     whole = True
     for part in conjuncts(pose.program.operations):
-        depends = dependence(body.model, part)
-        machines = sorted(depends.machines(body.model))
-        if depends.motion or len(machines) != 1:
+        if part not in body.said:
+            body.said[part] = _said(body, part)
+        said = body.said[part]
+        if said is None:
             whole = whole and _is_true(body, part)
             continue
-        (machine,) = machines
-        truth, undefined = _truth(body, machine, part)
-        rows[machine] = _both(rows[machine], truth)
-        missing[machine] |= False if undefined is None else undefined
+        rows[said.machine] = _both(rows[said.machine], said.truth)
+        missing[said.machine] |= False if said.undefined is None else said.undefined
     for machine, undefined in missing.items():
         _refuse_undefined(body, pose, machine, undefined & (rows[machine] != 0))
     return PoseTruth(rows, whole)
@@ -56,11 +63,16 @@ def _is_true(body: Body, part: Sequence[Operation]) -> bool:
     return len(part) == 1 and part[0].name == "constant" and part[0].value == 1.0
 
 
-def _truth(body: Body, machine: int, part: Sequence[Operation]) -> tuple[NDArray[np.uint8], Mask]:
-    """A part's truth in every state of a machine, and where it is undefined."""
+def _said(body: Body, part: Sequence[Operation]) -> Said | None:
+    """What a part says of its machine; None where it speaks of no one machine."""
+    depends = dependence(body.model, part)
+    machines = depends.machines(body.model)
+    if depends.motion or len(machines) != 1:
+        return None
+    (machine,) = machines
     states = body.states[machine]
     value, undefined = evaluate_checked(body.sets.resolve(part), state_environment(body, states))
-    return _codes(np.broadcast_to(value, (states.count,))), undefined
+    return Said(machine, _codes(np.broadcast_to(value, (states.count,))), undefined)
 
 
 def _refuse_undefined(body: Body, pose: LoweredPose, machine: int, undefined: NDArray[np.bool_]) -> None:

@@ -11,7 +11,6 @@ from gesturec.expansion.machine import Expanded
 from gesturec.expansion.poses import PoseTruth
 from gesturec.expansion.relations import Relation
 from gesturec.expansion.states import Floats
-from gesturec.expansion.tokens import TokenTables
 from gesturec.expansion.transitions import Transitions
 from gesturec.lowering.lowered import LoweredRule
 
@@ -23,7 +22,7 @@ class MachineResult(NamedTuple):
     tokens: tuple[int, ...]
     cost: Floats
     transitions: Transitions
-    tables: TokenTables
+    template: Floats  # (n_state, n_token, 3), m, in the frame of its parent segment
     findings: tuple[Diagnostic, ...]
 
 

@@ -1,7 +1,7 @@
 """Everything that was expanded, as the columns and the manifest of an artifact.
 
-In: states, transitions, token tables, relations and poses. Out: `Artifact`, validated like any that is
-loaded. Only the layout is decided here.
+In: states, transitions, templates, relations and poses. Out: `Artifact`, validated like any that is loaded. Only the
+layout is decided here, and what no finding is made of is computed: how tokens vary over the states' cells.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gesturec.artifact.artifact import Array, Artifact
+from gesturec.artifact.bake import state_moments
 from gesturec.artifact.columns import COLUMNS, RULE_KINDS, STATE_KINDS, STEP_KINDS
+from gesturec.artifact.moments import Moments
 from gesturec.artifact.programs import Programs
 from gesturec.artifact.validate import validate
 from gesturec.expansion.chain import starts_of
@@ -27,7 +29,7 @@ def build_artifact(tables: BodyTables) -> Artifact:
     columns = {
         **tables.columns,
         **_machine_columns(tables),
-        **_state_columns(tables.machines),
+        **_state_columns(tables),
         **_transition_columns(tables.machines),
         **_pose_columns(tables),
         **_relation_columns(tables.relations),
@@ -75,18 +77,28 @@ def _machine_columns(tables: BodyTables) -> dict[str, Array]:
     }
 
 
-def _state_columns(results: Sequence[MachineResult]) -> dict[str, Array]:
+def _state_columns(tables: BodyTables) -> dict[str, Array]:
+    results = tables.machines
     states = [result.expanded.states for result in results]
+    moments = [_token_moments(tables.body, result) for result in results]
     return {
         "state_angle": _joined(each.angle for each in states),
         "state_low": _joined(each.low for each in states),
         "state_high": _joined(each.high for each in states),
         "state_at": _joined(each.at for each in states),
-        "state_token": _joined(result.tables.template for result in results),
-        "state_mean": _joined(result.tables.moments.mean for result in results),
-        "state_covariance": _joined(result.tables.moments.covariance for result in results),
+        "state_token": _joined(result.template for result in results),
+        "state_mean": _joined(each.mean for each in moments),
+        "state_covariance": _joined(each.covariance for each in moments),
         "state_cost": _joined(result.cost for result in results),
     }
+
+
+def _token_moments(body: Body, result: MachineResult) -> Moments:
+    """Mean and covariance of a machine's tokens over the cells of its states, in the frame of its parent segment."""
+    states = result.expanded.states
+    spread = np.array([joint.spread for joint in body.model.joints])
+    base = body.model.machines[states.machine].parent
+    return state_moments(body.chain, spread, states.joints, states.low, states.high, result.tokens, base)
 
 
 def _transition_columns(results: Sequence[MachineResult]) -> dict[str, Array]:

@@ -1,38 +1,21 @@
-"""Where the tokens are in every state: templates and cell moments.
+"""Where the tokens are in every state: templates, the positions at the states' middles.
 
-In: the chain, a machine's states and its tokens. Out: `TokenTables`. Templates are the positions at the
-states' middles; mean and covariance are over the states' cells (`artifact.moments`). On a whole grid each
-token is computed once for each combination of what it depends on.
+In: the chain, a machine's states and its tokens. Out: arrays. On a whole grid each token is computed once for each
+combination of what it depends on. How tokens vary over the states' cells is `artifact.moments`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from gesturec.artifact.bake import state_moments
 from gesturec.artifact.kinematics import Chain, complete_values, points_in
-from gesturec.artifact.moments import Moments
 from gesturec.expansion.states import Floats, MachineStates
 
 
-class TokenTables(NamedTuple):
-    """Templates (n_state, n_token, 3), m, and moments, in the frame of the machine's parent segment."""
-
-    template: Floats
-    moments: Moments
-
-
-def token_tables(chain: Chain, spread: Floats, states: MachineStates, tokens: Sequence[int], base: int) -> TokenTables:
-    """Token tables of one machine; `spread` is `joint_spread`."""
-    moments = state_moments(chain, spread, states.joints, states.low, states.high, tokens, base)
-    return TokenTables(templates(chain, states, tokens, base), moments)
-
-
 def templates(chain: Chain, states: MachineStates, tokens: Sequence[int], base: int) -> Floats:
-    """Token positions at the states' middles."""
+    """Token positions at the states' middles (n_state, n_token, 3), m, in the frame of segment `base`."""
     shape = states.shape if states.shape is not None else (states.count,)
     points = points_in(chain, complete_values(chain, _axes(states)), tokens, base)
     template = np.empty((*shape, len(tokens), 3))

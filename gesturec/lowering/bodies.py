@@ -8,7 +8,7 @@ of several itself is lowered first: its bodies are then bodies of the whole, by 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from gesturec.checks.body import BodyBinding, BodyConstraint, BodyGesture, BodyPose, ResolvedBody
@@ -63,7 +63,7 @@ def lower_bodies(body: ResolvedBody) -> LoweredModel:
         patterns=tuple(shift.pattern(each) for shift, model in pairs for each in model.patterns),
         bodies=tuple(part for shift, model in pairs for part in parts_of(shift, model)),
     )
-    return Spanning(body, replace(whole, groups={**all_groups(pairs), **body.groups})).model()
+    return Spanning(body, whole._replace(groups={**all_groups(pairs), **body.groups})).model()
 
 
 def all_groups(pairs: Iterable[tuple[Shift, LoweredModel]]) -> dict[str, tuple[str, ...]]:
@@ -131,8 +131,7 @@ class Spanning:
         poses: dict[str, LoweredPose] = {}
         for name in body.poses:
             self.lower_pose(name, poses)
-        return replace(
-            whole,
+        return whole._replace(
             rules=(*whole.rules, *map(self.rule, body.rules)),
             constraints=(*whole.constraints, *(part for each in body.constraints for part in self.constraint(each))),
             poses=(*whole.poses, *(poses[name] for name in body.poses)),
@@ -177,7 +176,7 @@ class Spanning:
     def with_seen(self, typed: Typed) -> Typed:
         """What is seen from a body as a name, whose operations are kept in `seen`."""
         if typed.op != "seen_from":
-            return replace(typed, operands=tuple(map(self.with_seen, typed.operands)))
+            return typed._replace(operands=tuple(map(self.with_seen, typed.operands)))
         (place,) = typed.symbols
         assert isinstance(place, SeenFrom)
         name = f"#{len(self.seen)}"

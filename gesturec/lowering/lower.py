@@ -7,7 +7,6 @@ find a fault in a model any more, but for programs that grow too long.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 from gesturec.checks.body import (
@@ -206,7 +205,7 @@ class Lowering:
                 if joint.follows is None:
                     yield lowered
                     continue
-                yield replace(lowered, coupling=self.coupling(joint.follows, joint.type == "slide"))
+                yield lowered._replace(coupling=self.coupling(joint.follows, joint.type == "slide"))
 
     def coupling(self, follows: Expressed, is_length: bool) -> Program:
         """What a coupled joint follows: in a scaled body a length that was made of lengths as written."""
@@ -288,7 +287,7 @@ class Lowering:
         typed = constraint.expressed.typed
         parts = guarded_parts(split(typed), self.machines_of) if constraint.kind == "require" else (typed,)
         for part in parts:
-            expressed = replace(constraint.expressed, typed=part, span=part.span)
+            expressed = constraint.expressed._replace(typed=part, span=part.span)
             program = self.program(expressed)
             yield LoweredConstraint(
                 name=constraint.name,

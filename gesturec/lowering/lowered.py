@@ -6,7 +6,6 @@ line. This is what `expansion` turns into tables.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 from gesturec.diagnostics.source import Span
@@ -27,8 +26,7 @@ class Operation(NamedTuple):
     states: tuple[int, tuple[str, ...]] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(NamedTuple):
     """An expression in postfix order, and where it was written."""
 
     operations: tuple[Operation, ...]
@@ -44,8 +42,7 @@ class Level(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredJoint:
+class LoweredJoint(NamedTuple):
     """A joint with its place in the tree; `parent` is a segment (0 root, j + 1 moved by joint j)."""
 
     name: str  # full: limb.joint
@@ -68,8 +65,7 @@ class LoweredJoint:
     radius: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredToken:
+class LoweredToken(NamedTuple):
     """A point of the body; `limb` is None on the root."""
 
     name: str  # full: limb.token, or token on the root
@@ -82,8 +78,7 @@ class LoweredToken:
     color: str | None = None  # #rrggbb
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredLimb:
+class LoweredLimb(NamedTuple):
     """A limb; `parent` is the segment that it hangs from, `machine` None where no joint is free."""
 
     name: str
@@ -102,8 +97,7 @@ class JointCell(NamedTuple):
     levels: tuple[int, ...] = ()  # of a quantised joint, where it takes in several
 
 
-@dataclass(frozen=True, slots=True)
-class NamedState:
+class NamedState(NamedTuple):
     """A state of a `states` mapping: cells of the joints that it names; others range over their levels."""
 
     name: str
@@ -111,8 +105,7 @@ class NamedState:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class CycleKeys:
+class CycleKeys(NamedTuple):
     """Keys of one joint: places on the way round (0 to 1) and values."""
 
     joint: int
@@ -120,8 +113,7 @@ class CycleKeys:
     value: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Phase:
+class Phase(NamedTuple):
     """A named stretch of a cycle or path, from `start` to `end` (0 to 1); phases may nest."""
 
     name: str
@@ -130,8 +122,7 @@ class Phase:
     parts: tuple[Phase, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredCycle:
+class LoweredCycle(NamedTuple):
     """A closed (`cycle`) or open (`path`) curve through configuration space."""
 
     closed: bool
@@ -143,8 +134,7 @@ class LoweredCycle:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Arc:
+class Arc(NamedTuple):
     """A declared transition between states or phases."""
 
     source: str
@@ -152,8 +142,7 @@ class Arc:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class Dwell:
+class Dwell(NamedTuple):
     """Bounds on the time in a state, a phase, or (name None) any state, s."""
 
     name: str | None
@@ -162,8 +151,7 @@ class Dwell:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredRule:
+class LoweredRule(NamedTuple):
     """A rule on one step; `prefer` has a cost."""
 
     name: str
@@ -174,8 +162,7 @@ class LoweredRule:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredConstraint:
+class LoweredConstraint(NamedTuple):
     """A constraint on states: `require` prunes, `prefer` costs where it does not hold, `cost` always."""
 
     name: str
@@ -187,8 +174,7 @@ class LoweredConstraint:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredMachine:
+class LoweredMachine(NamedTuple):
     """A machine over whole limbs; `joints` are all joints of its limbs in chain order."""
 
     name: str
@@ -216,8 +202,7 @@ class Wanted(NamedTuple):
     high: float
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredPose:
+class LoweredPose(NamedTuple):
     """A named truth; `limb` is set for a pose of one limb. `wanted` guides `simulate` and pictures."""
 
     name: str
@@ -236,8 +221,7 @@ class LoweredTruth(NamedTuple):
     poses: frozenset[str]
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredPattern:
+class LoweredPattern(NamedTuple):
     """A gesture's pattern with its places, for findings; what runs it reads `LoweredModel.gestures`.
 
     `shape` is that of `language.expressions.gestures`, and `places` are those of its steps, from left to right.
@@ -249,8 +233,7 @@ class LoweredPattern:
     places: tuple[Span, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredBinding:
+class LoweredBinding(NamedTuple):
     """Names of another tool: our token id -> their names with weights that sum to one."""
 
     name: str
@@ -260,8 +243,7 @@ class LoweredBinding:
     span: Span
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredPart:
+class LoweredPart(NamedTuple):
     """One of several bodies: what of the whole is its own, each as first and count.
 
     `model`, `parameters` and `sources` are those of its own model, as if that had been compiled alone.
@@ -280,8 +262,7 @@ class LoweredPart:
     sources: tuple[tuple[str, str], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class LoweredModel:
+class LoweredModel(NamedTuple):
     """A whole body, ready to be expanded. `units` are the author's (`length`, `angle`)."""
 
     name: str
@@ -302,6 +283,6 @@ class LoweredModel:
     gestures: tuple[dict[str, Any], ...]  # parsed, scoped and typed; JSON for the manifest
     tests: tuple[dict[str, Any], ...]
     parameters: dict[str, Any]  # effective values, as written, for reports
-    sources: tuple[tuple[str, str], ...] = field(default=())  # name and sha256 of every file read
+    sources: tuple[tuple[str, str], ...] = ()  # name and sha256 of every file read
     bodies: tuple[LoweredPart, ...] = ()  # of several bodies; of one there is none
     patterns: tuple[LoweredPattern, ...] = ()  # of the gestures, in their order

@@ -7,7 +7,7 @@ all bodies stay segment 0: every position is in the intrinsic frame of its own b
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Final
 
 from gesturec.artifact.programs import OF_BODY, pack_limbs
@@ -84,8 +84,7 @@ class Shift:
 
     def part(self, part: LoweredPart) -> LoweredPart:
         """One of the bodies of a body of several."""
-        return replace(
-            part,
+        return part._replace(
             name=self.full(part.name),
             limbs=(part.limbs[0] + self.limbs, part.limbs[1]),
             joints=(part.joints[0] + self.joints, part.joints[1]),
@@ -101,12 +100,11 @@ class Shift:
     def limb(self, limb: LoweredLimb) -> LoweredLimb:
         """A limb."""
         machine = None if limb.machine is None else limb.machine + self.machines
-        return replace(limb, name=self.full(limb.name), parent=self.segment(limb.parent), machine=machine)
+        return limb._replace(name=self.full(limb.name), parent=self.segment(limb.parent), machine=machine)
 
     def joint(self, joint: LoweredJoint) -> LoweredJoint:
         """A joint."""
-        return replace(
-            joint,
+        return joint._replace(
             name=self.full(joint.name),
             limb=joint.limb + self.limbs,
             parent=self.segment(joint.parent),
@@ -116,12 +114,11 @@ class Shift:
     def token(self, token: LoweredToken) -> LoweredToken:
         """A token."""
         limb = None if token.limb is None else token.limb + self.limbs
-        return replace(token, name=self.full(token.name), limb=limb, segment=self.segment(token.segment))
+        return token._replace(name=self.full(token.name), limb=limb, segment=self.segment(token.segment))
 
     def machine(self, machine: LoweredMachine) -> LoweredMachine:
         """A machine."""
-        return replace(
-            machine,
+        return machine._replace(
             name=self.full(machine.name),
             limbs=tuple(limb + self.limbs for limb in machine.limbs),
             parent=self.segment(machine.parent),
@@ -133,21 +130,20 @@ class Shift:
 
     def state(self, state: NamedState) -> NamedState:
         """A named state."""
-        return replace(state, cells=tuple(cell._replace(joint=cell.joint + self.joints) for cell in state.cells))
+        return state._replace(cells=tuple(cell._replace(joint=cell.joint + self.joints) for cell in state.cells))
 
     def cycle(self, cycle: LoweredCycle) -> LoweredCycle:
         """A cycle or path."""
-        return replace(cycle, keys=tuple(replace(keys, joint=keys.joint + self.joints) for keys in cycle.keys))
+        return cycle._replace(keys=tuple(keys._replace(joint=keys.joint + self.joints) for keys in cycle.keys))
 
     def rule(self, rule: LoweredRule) -> LoweredRule:
         """A rule."""
         machines = tuple(machine + self.machines for machine in rule.machines)
-        return replace(rule, name=self.full(rule.name), program=self.program(rule.program), machines=machines)
+        return rule._replace(name=self.full(rule.name), program=self.program(rule.program), machines=machines)
 
     def constraint(self, constraint: LoweredConstraint) -> LoweredConstraint:
         """A constraint."""
-        return replace(
-            constraint,
+        return constraint._replace(
             name=self.full(constraint.name),
             program=self.program(constraint.program),
             machines=tuple(machine + self.machines for machine in constraint.machines),
@@ -156,8 +152,7 @@ class Shift:
 
     def pose(self, pose: LoweredPose) -> LoweredPose:
         """A pose."""
-        return replace(
-            pose,
+        return pose._replace(
             name=self.full(pose.name),
             limb=None if pose.limb is None else pose.limb + self.limbs,
             program=self.program(pose.program),
@@ -167,7 +162,7 @@ class Shift:
 
     def binding(self, binding: LoweredBinding) -> LoweredBinding:
         """A binding, whose own names stay."""
-        return replace(binding, tokens=tuple((token + self.tokens, theirs) for token, theirs in binding.tokens))
+        return binding._replace(tokens=tuple((token + self.tokens, theirs) for token, theirs in binding.tokens))
 
     def gesture(self, gesture: dict[str, Any]) -> dict[str, Any]:
         """A gesture as JSON."""
@@ -181,7 +176,7 @@ class Shift:
             truth._replace(program=self.program(truth.program), poses=frozenset(map(self.full, truth.poses)))
             for truth in pattern.truths
         )
-        return replace(pattern, name=self.full(pattern.name), truths=truths)
+        return pattern._replace(name=self.full(pattern.name), truths=truths)
 
     def truth(self, truth: dict[str, Any]) -> dict[str, Any]:
         """A truth of a gesture as JSON."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -28,16 +26,16 @@ def scaled(model: LoweredModel, factor: float) -> LoweredModel:
 
     joints = []
     for each in model.joints:
-        moved = replace(each, at=times(each.at))
+        moved = each._replace(at=times(each.at))
         if each.type == "slide":
             grown = tuple(
                 level._replace(value=level.value * factor, low=level.low * factor, high=level.high * factor)
                 for level in each.levels
             )
-            moved = replace(moved, levels=grown)
+            moved = moved._replace(levels=grown)
         joints.append(moved)
-    tokens = tuple(replace(each, at=times(each.at)) for each in model.tokens)
-    return replace(model, joints=tuple(joints), tokens=tokens, scale=factor)
+    tokens = tuple(each._replace(at=times(each.at)) for each in model.tokens)
+    return model._replace(joints=tuple(joints), tokens=tokens, scale=factor)
 
 
 def slider() -> LoweredModel:
@@ -61,9 +59,9 @@ def test_a_rebaked_size_is_the_size_compiled(make: object) -> None:
 def test_a_rebaked_length_moves_what_lies_beyond_it() -> None:
     model = paper_hand()
     pip = next(i for i, each in enumerate(model.joints) if each.name == "index.pip")
-    joints = tuple(replace(each, at=(0.045, 0.0, 0.0)) if i == pip else each for i, each in enumerate(model.joints))
+    joints = tuple(each._replace(at=(0.045, 0.0, 0.0)) if i == pip else each for i, each in enumerate(model.joints))
     again = rebake(compiled(model), joint_at={"index.pip": (0.045, 0, 0)})
-    wanted = compiled(replace(model, joints=joints))
+    wanted = compiled(model._replace(joints=joints))
     assert np.allclose(again.machine(0).mean, wanted.machine(0).mean, atol=1e-15)
     assert np.array_equal(again.machine(1).mean, compiled(model).machine(1).mean)
 

@@ -261,7 +261,7 @@ def test_rules_do_to_steps_what_they_say(drawn: Drawn, bound: int, kind: Any) ->
     )
     model = lowered(drawn)
     rule = LoweredRule("rule", kind, operations, (0,), 0.7, SPAN)
-    changed = expand_model(LoweredModel(**{**vars_of(model), "rules": (rule,)})).artifact
+    changed = expand_model(model._replace(rules=(rule,))).artifact
     assert changed is not None
     before, after = arcs_of(plain), arcs_of(changed)
     angle = plain.machine(0).angle[:, 0]
@@ -272,10 +272,6 @@ def test_rules_do_to_steps_what_they_say(drawn: Drawn, bound: int, kind: Any) ->
         assert set(after) == set(before) | {arc for arc, truth in holds.items() if truth}
     else:
         assert after == {arc: 0.0 if holds[arc] else 0.7 for arc in before}
-
-
-def vars_of(model: LoweredModel) -> dict[str, Any]:
-    return {name: getattr(model, name) for name in model.__slots__}
 
 
 def arcs_of(artifact: Artifact) -> dict[tuple[int, int], float]:

@@ -16,7 +16,7 @@ from typing import Final
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
-from gesturec.language.expressions import constants, folds, functions, names, tree
+from gesturec.language.expressions import constants, functions, names, tree
 from gesturec.language.expressions.scope import Scope
 from gesturec.language.expressions.typed import TRUTH, Type, Typed
 from gesturec.language.expressions.units import ANGLE, PURE, Kind, near_unit, parse_unit
@@ -67,7 +67,9 @@ class Checker:
             case tree.Call():
                 return functions.call(self, node)
             case tree.Fold():
-                return folds.fold(self, node)
+                from gesturec.language.expressions.folds import fold
+
+                return fold(self, node)
             case tree.VectorOf():
                 return self.vector(node)
             case tree.Unary():

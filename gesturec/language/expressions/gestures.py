@@ -25,7 +25,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from gesturec.diagnostics.source import Span
 from gesturec.diagnostics.suggest import did_you_mean
@@ -47,8 +47,7 @@ LONGEST_BARE_TIME: Final = 60.0
 ROUNDING: Final = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedGesture:
+class CheckedGesture(NamedTuple):
     """A pattern's truths, and its shape over them; `places` are those of the shape's `leaves`."""
 
     truths: tuple[Typed, ...]
@@ -77,8 +76,7 @@ def check_gesture(pattern: tree.Pattern, place: scope.Scope, findings: Findings)
     return CheckedGesture(tuple(walk.truths), shape, pattern.span, places)
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(NamedTuple):
     """A part of a pattern: a truth that is still to be joined with others, or a shape."""
 
     span: Span

@@ -1,23 +1,24 @@
-"""Writes the parser's tables: `grammar.lark` through lark's LALR generator to `grammar_tables.py`.
+"""Writes the parser's tables: `grammar.lark` through lark's LALR generator to `grammar_tables.json`.
 
-Building the tables takes ten times as long as reading them, and `gesturec check` needs a parser each time. `python -m
+Building the tables takes ten times as long as reading them, and `gesturec check` needs a parser each time. They are
+JSON because Python, where it keeps no bytecode, takes longer to compile them than to compile any module. `python -m
 gesturec.language.expressions.grammar` writes them anew after a change of the grammar; a test holds them to it. Only
 this needs lark.
 """
 
 from __future__ import annotations
 
+import json
 import re
 from importlib.resources import files
 from pathlib import Path
-from pprint import pformat
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from lark import Lark
 
 STARTS: Final = ("expr", "interval", "wanted", "arc", "pattern")
-TABLES: Final = "grammar_tables.py"
+TABLES: Final = "grammar_tables.json"
 
 
 def build_parser(transformer: Any) -> Lark:
@@ -33,26 +34,31 @@ def grammar_text() -> str:
 
 
 def tables_text() -> str:
-    """The text of `grammar_tables.py`."""
+    """The text of `grammar_tables.json`."""
     parser = build_parser(None)
     table: Any = parser.parser.parser._parse_table
     rules = list(parser.rules)
     order = states_in_order(table)
     number = {state: place for place, state in enumerate(order)}
-    tables = {
+    tables: dict[str, Any] = {
         "STARTS": {name: (number[table.start_states[name]], number[table.end_states[name]]) for name in STARTS},
         "TERMINALS": {terminal.name: pattern_of(terminal) for terminal in parser.parser.lexer.root_lexer.terminals},
         "RULES": [rule_row(rule) for rule in rules],
         "STATES": [state_row(table.states[state], rules, number) for state in order],
     }
-    head = '"""The parser\'s tables; written by `grammar.py`, not by hand."""\n\nfrom typing import Any, Final\n'
-    lines = [f"{name}: Final[Any] = {as_text(value)}" for name, value in tables.items()]
-    return "\n".join([head, *lines, ""])
+    return "{\n" + ",\n".join(f"{as_text(name)}: {in_lines(value)}" for name, value in tables.items()) + "\n}\n"
+
+
+def in_lines(table: list[Any] | dict[str, Any]) -> str:
+    """A table with an entry a line, in its own order."""
+    if isinstance(table, list):
+        return "[\n" + ",\n".join(map(as_text, table)) + "\n]"
+    return "{\n" + ",\n".join(f"{as_text(name)}: {as_text(value)}" for name, value in table.items()) + "\n}"
 
 
 def as_text(value: object) -> str:
-    """A table as Python, in its own order."""
-    return pformat(value, width=110, compact=True, sort_dicts=False)
+    """One entry."""
+    return json.dumps(value, ensure_ascii=False)
 
 
 def pattern_of(terminal: Any) -> str:

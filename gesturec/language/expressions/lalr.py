@@ -9,11 +9,15 @@ than a model takes to check and is not needed here.
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from gesturec.language.expressions.grammar_tables import RULES, STARTS, STATES, TERMINALS
+TABLES: Final = json.loads(Path(__file__).with_name("grammar_tables.json").read_text(encoding="utf-8"))
+STARTS: Final = TABLES["STARTS"]
+STATES: Final = TABLES["STATES"]
 
 END: Final = "$END"
 IGNORED: Final = "__IGNORE_0"
@@ -39,9 +43,10 @@ class Rule(NamedTuple):
     name: str
     length: int
     method: str  # of the builder; empty where the values go into those of the rule around it
-    takes: tuple[tuple[int, bool, int], ...]  # symbol, whether its values go into these, how many None before it
+    takes: list[tuple[int, bool, int]]  # symbol, whether its values go into these, how many None before it
     nones: int  # at the end
     is_single: bool  # a lone value stands for itself
+    is_renaming: bool  # its one symbol's value is its value, as of most rules that are met
 
 
 class WrongCharacter(Exception):
@@ -86,6 +91,9 @@ def parse(text: str, start: str, builder: Any) -> Any:
 
 def reduce(rule: Rule, states: list[int], values: list[Any], builder: Any) -> None:
     """Put one value in place of those of a rule's symbols."""
+    if rule.is_renaming:
+        states[-1] = STATES[states[-2]][rule.name]
+        return
     taken = values[len(values) - rule.length :]
     parts: list[Any] = []
     for index, is_inlined, nones in rule.takes:
@@ -100,22 +108,22 @@ def reduce(rule: Rule, states: list[int], values: list[Any], builder: Any) -> No
 
 def next_token(text: str, at: int, states: list[int]) -> Token:
     """The next token of those that can stand in a state; the end of the text is one."""
-    while (token := match(text, at, STATES[states[-1]])) is not None and token.type == IGNORED:
+    while (token := match(text, at, states[-1])) is not None and token.type == IGNORED:
         at = token.end_pos
     if token is not None:
         return token
     if at == len(text):
         return Token(END, "", at)
-    other = match(text, at, TERMINALS)
+    other = match(text, at, None)
     if other is None:
         raise WrongCharacter(at)
     raise WrongToken(other, expected_after(states))
 
 
-def match(text: str, at: int, among: Any) -> Token | None:
-    """The first terminal of a state that begins at a place."""
-    for name, pattern in terminals():
-        if (name in among or name == IGNORED) and (found := pattern.match(text, at)) is not None:
+def match(text: str, at: int, state: int | None) -> Token | None:
+    """The first terminal of a state (None: of all) that begins at a place."""
+    for name, pattern in sought(state):
+        if (found := pattern.match(text, at)) is not None:
             return Token(name, found[0], at)
     return None
 
@@ -141,10 +149,23 @@ def is_taken(states: list[int], name: str) -> bool:
 @cache
 def rules() -> tuple[Rule, ...]:
     """The rules of the tables."""
-    return tuple(Rule(*row) for row in RULES)
+    return tuple(map(rule_of, TABLES["RULES"]))
+
+
+def rule_of(row: list[Any]) -> Rule:
+    """A rule as the tables have it."""
+    name, length, method, takes, nones, is_single = row
+    is_renaming = is_single and length == 1 and takes == [[0, False, 0]] and not nones
+    return Rule(name, length, method, takes, nones, is_single, is_renaming)
+
+
+@cache
+def sought(state: int | None) -> tuple[tuple[str, re.Pattern[str]], ...]:
+    """The terminals that can stand in a state (None: all), in the order in which they are tried."""
+    return tuple(pair for pair in terminals() if state is None or pair[0] in STATES[state] or pair[0] == IGNORED)
 
 
 @cache
 def terminals() -> tuple[tuple[str, re.Pattern[str]], ...]:
     """The terminals of the tables, in the order in which they are tried."""
-    return tuple((name, re.compile(pattern)) for name, pattern in TERMINALS.items())
+    return tuple((name, re.compile(pattern)) for name, pattern in TABLES["TERMINALS"].items())

@@ -8,7 +8,7 @@ gets one, made by walking both texts together.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gesturec.diagnostics.source import Span
 from gesturec.language.document import Text
@@ -17,8 +17,7 @@ ESCAPE = re.compile(r"\\(x[0-9A-Fa-f]{2}|u[0-9A-Fa-f]{4}|U[0-9A-Fa-f]{8}|.)", re
 JOINED_LINE = re.compile(r"\\\r?\n[ \t]*")  # stands for no character at all
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """A scalar's text with the file offset of each of its characters and of its end; None where they run on."""
 
     text: str

@@ -7,13 +7,12 @@ symbols carry full names (`limb.joint`); ids come in only when a typed expressio
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 from gesturec.language.expressions.units import Kind, Units
 
 
-@dataclass(frozen=True, slots=True)
-class Joint:
+class Joint(NamedTuple):
     """A joint's value: an angle for a hinge, a length for a slide. `levels` are SI, for findings."""
 
     name: str
@@ -21,8 +20,7 @@ class Joint:
     levels: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class LevelTest:
+class LevelTest(NamedTuple):
     """`index.abduction.spread`: true where the joint is at the level; `value` is SI."""
 
     joint: str
@@ -31,39 +29,34 @@ class LevelTest:
     kind: Kind
 
 
-@dataclass(frozen=True, slots=True)
-class Token:
+class Token(NamedTuple):
     """A point; `local` where it is seen in the frame that its limb hangs from, as in the limb's own expressions."""
 
     name: str
     local: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class StateTest:
+class StateTest(NamedTuple):
     """`machine.NAME`: true in that state, or anywhere in that phase."""
 
     machine: str
     state: str
 
 
-@dataclass(frozen=True, slots=True)
-class CycleAt:
+class CycleAt(NamedTuple):
     """`machine.at`: 0 to 1, without a value beside the cycle; `partly` where the machine has states beside it."""
 
     machine: str
 
 
-@dataclass(frozen=True, slots=True)
-class Pose:
+class Pose(NamedTuple):
     """A pose, as a truth. `full` is its full name; `in_motion` where it speaks of motion or of the world."""
 
     full: str
     in_motion: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Gesture:
+class Gesture(NamedTuple):
     """A gesture, which stands for its pattern in a pattern and is nothing elsewhere.
 
     What it says is seen in the mirrors of its `limb` (None: of the body), wherever it is named.
@@ -75,31 +68,27 @@ class Gesture:
     limb: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SeenFrom:
+class SeenFrom(NamedTuple):
     """The place of a truth that a limb's gesture brings into another pattern."""
 
     limb: str
 
 
-@dataclass(frozen=True, slots=True)
-class Limb:
+class Limb(NamedTuple):
     """A limb (or body): a name that others follow, no value itself."""
 
     name: str
     what: str = "limb"
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(NamedTuple):
     """Members, flattened to limbs, joints or tokens, each as the path by which this scope resolves it."""
 
     name: str
     members: tuple[tuple[str, ...], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Unknown:
+class Unknown(NamedTuple):
     """No such name: `position` is the index of the path's word that is not known.
 
     `message` says it in one line; `known` are the words that would have been, for the suggestion.
@@ -122,8 +111,7 @@ Symbol: TypeAlias = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A constant: in SI if it has a `kind`; if bare (kind None) as written, in `units` of its file.
 
     `units` None on a bare number: zero, which fits every file. `weak`: written here as a plain factor and not
@@ -144,15 +132,13 @@ class Quantity:
         return self.value * factor
 
 
-@dataclass(frozen=True, slots=True)
-class Words:
+class Words(NamedTuple):
     """A parameter whose value is a name or a path of names, which stands for what it names."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
+class Whole(NamedTuple):
     """A parameter whose value is something else, to be passed whole: a list, a mapping."""
 
     value: Any
@@ -190,8 +176,7 @@ class Scope(Protocol):
         """The value of `$name`, or `Unknown` at position 0."""
 
 
-@dataclass(frozen=True, slots=True)
-class Parameters:
+class Parameters(NamedTuple):
     """The scope of a number's place: parameters alone."""
 
     units: Units

@@ -7,16 +7,14 @@ here), and `pose`, which lowering replaces by the pose's own program. What is co
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 from gesturec.diagnostics.source import Span
 from gesturec.language.expressions.scope import CycleAt, Joint, Limb, Pose, Quantity, StateTest, Symbol, Token
 from gesturec.language.expressions.units import PURE, Kind
 
 
-@dataclass(frozen=True, slots=True)
-class Type:
+class Type(NamedTuple):
     """A truth, a number or a vector; `kind` None is a bare number, or as an expectation any kind."""
 
     what: Literal["truth", "number", "vector"]
@@ -35,8 +33,7 @@ NUMBER: Final = Type("number")
 VECTOR: Final = Type("vector")
 
 
-@dataclass(frozen=True, slots=True)
-class Typed:
+class Typed(NamedTuple):
     """One operation on typed operands; a leaf has `symbols` or a `constant`."""
 
     op: str
@@ -69,8 +66,7 @@ def split(typed: Typed) -> tuple[Typed, ...]:
     return tuple(part for operand in typed.operands for part in split(operand))
 
 
-@dataclass(frozen=True, slots=True)
-class Uses:
+class Uses(NamedTuple):
     """What an expression speaks of, by full names; what its poses speak of is not followed."""
 
     joints: frozenset[str]
@@ -90,14 +86,14 @@ MOTION: Final = frozenset(
 def uses(typed: Typed) -> Uses:
     """What an expression speaks of."""
     nodes = list(walk(typed))
-    symbols = [symbol for node in nodes for symbol in node.symbols]
+    ops = {node.op for node in nodes}
+    named = [symbol for node in nodes for symbol in node.symbols]
     return Uses(
-        frozenset(symbol.name for symbol in symbols if isinstance(symbol, Joint)),
-        frozenset(symbol.name for symbol in symbols if isinstance(symbol, Token)),
-        frozenset(symbol.machine for symbol in symbols if isinstance(symbol, (StateTest, CycleAt))),
-        frozenset(symbol.full for symbol in symbols if isinstance(symbol, Pose)),
-        frozenset(symbol.name for symbol in symbols if isinstance(symbol, Limb)),
-        any(node.op in MOTION for node in nodes)
-        or any(isinstance(symbol, Pose) and symbol.in_motion for symbol in symbols),
-        any(node.op.startswith("prev_") for node in nodes),
+        frozenset(symbol.name for symbol in named if isinstance(symbol, Joint)),
+        frozenset(symbol.name for symbol in named if isinstance(symbol, Token)),
+        frozenset(symbol.machine for symbol in named if isinstance(symbol, (StateTest, CycleAt))),
+        frozenset(symbol.full for symbol in named if isinstance(symbol, Pose)),
+        frozenset(symbol.name for symbol in named if isinstance(symbol, Limb)),
+        bool(ops & MOTION) or any(isinstance(symbol, Pose) and symbol.in_motion for symbol in named),
+        any(op.startswith("prev_") for op in ops),
     )

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
 from types import NoneType
-from typing import Annotated, Any, ClassVar, Final, Self, TypeAlias, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Final, NamedTuple, Self, TypeAlias, TypeVar, get_args, get_origin
 
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
@@ -193,8 +192,7 @@ def key_of(attribute: str) -> str:
     return attribute.rstrip("_")
 
 
-@dataclass(frozen=True, eq=False)
-class Inner:
+class Inner(NamedTuple):
     """The form of a block."""
 
     block: type[Block]
@@ -204,8 +202,7 @@ class Inner:
         return self.block.read(node, findings)
 
 
-@dataclass(frozen=True, eq=False)
-class Kinds:
+class Kinds(NamedTuple):
     """The form of one of several blocks; `choose` tells which one a node is."""
 
     choose: Callable[[Any], type[Block]]
@@ -216,8 +213,7 @@ class Kinds:
         return self.choose(node).read(node, findings)
 
 
-@dataclass(frozen=True, eq=False)
-class Names:
+class Names(NamedTuple):
     """The form of a mapping with the author's names: what is wrong is reported and left out.
 
     With `holes` a wrong value is None: the name is there and is not reported where it is used.
@@ -239,8 +235,7 @@ class Names:
         return {key: value for key, value in values.items() if self.holes or value is not None}
 
 
-@dataclass(frozen=True, eq=False)
-class Items:
+class Items(NamedTuple):
     """The form of a list: what is wrong is reported and left out."""
 
     item: Form | None = None
@@ -274,9 +269,9 @@ def form_of(annotation: Any) -> Form:
     if isinstance(form, Leaf):
         return form
     if isinstance(form, Kinds):
-        return replace(form, blocks=get_args(declared))
+        return form._replace(blocks=get_args(declared))
     items = get_args(declared)
-    return replace(form, item=form_of(items[1 if isinstance(form, Names) else 0]))  # type: ignore[no-any-return]
+    return form._replace(item=form_of(items[1 if isinstance(form, Names) else 0]))  # type: ignore[no-any-return]
 
 
 Block.fields = {"description": form_of(Words)}
