@@ -43,7 +43,6 @@ ERRORS: Final = (
     ("bad-color", "a color is neither a CSS name nor `[r, g, b]`"),
     ("bad-arc", "an arc is not `a -> b` or `a <-> b`"),
     ("newer-version", "the file is written for a newer gesturec"),
-    ("not-built", "something of the language is not built yet"),
     # expressions and gesture patterns
     ("bad-expression", "a text is not an expression"),
     ("bad-pattern", "a text is not a gesture pattern"),

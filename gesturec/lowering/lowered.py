@@ -264,7 +264,8 @@ class LoweredBinding:
 class LoweredPart:
     """One of several bodies: what of the whole is its own, each as first and count.
 
-    `model`, `parameters` and `sources` are those of its own model, as if that had been compiled alone.
+    `model`, `parameters` and `sources` are those of its own model, as if that had been compiled alone. `exclusive` is
+    what its own file says, `above` what each file between that and the outermost says.
     """
 
     name: str
@@ -278,6 +279,7 @@ class LoweredPart:
     exclusive: tuple[str, ...]
     parameters: dict[str, Any]
     sources: tuple[tuple[str, str], ...]
+    above: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
