@@ -126,6 +126,7 @@ WARNINGS: Final = (
     ("no-visible-token", "a machine moves no token that can be measured"),
     ("dead-end", "a state has no way out"),
     ("unreachable", "a state cannot be reached"),
+    ("impossible-state", "relations across machines make a state impossible"),
     ("idle-constraint", "a constraint removes nothing"),
     ("equal-states", "two states of a machine put every visible token in the same place"),
     ("never-matches", "a pattern can never be met"),
