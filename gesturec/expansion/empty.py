@@ -31,8 +31,8 @@ Mask = NDArray[np.bool_]
 SAME_VALUE: Final = 1e-8
 # Values of a joint that a finding lists.
 MOST_LISTED: Final = 12
-# Combinations of a relation that is asked whether it leaves a truth a state; every truth asks it.
-MOST_COMBINATIONS: Final = 1 << 20
+# Combinations of all relations that are asked whether they leave a truth a state; every truth asks them, in some 20 ms.
+MOST_COMBINATIONS: Final = 1 << 22
 # Combinations about which a truth of several machines is asked: each is a configuration of the body.
 MOST_ASKED: Final = 1 << 16
 
@@ -51,9 +51,11 @@ def empty_poses(body: Body, relations: Sequence[Relation], poses: Sequence[PoseT
 
 
 def asked_of(relations: Sequence[Relation]) -> list[Relation]:
-    """Relations that forbid something, but for those too large to be asked again and again."""
-    hard = (relation for relation in relations if relation.constraint.kind == "require")
-    return [relation for relation in hard if relation.cost.size <= MOST_COMBINATIONS]
+    """Relations that forbid something; where all are too much to be asked again and again, the smallest."""
+    hard = [relation for relation in relations if relation.constraint.kind == "require"]
+    order = sorted(range(len(hard)), key=lambda number: hard[number].cost.size)
+    total = np.cumsum([hard[number].cost.size for number in order])
+    return [hard[number] for number in sorted(order[: int((total <= MOST_COMBINATIONS).sum())])]
 
 
 def spanning(body: Body, name: str, operations: Sequence[Operation], span: Span) -> Iterator[Relation]:
