@@ -92,7 +92,7 @@ def possible_states(
 
 def consistent(relations: Sequence[Allowed], possible: Mapping[int, Mask]) -> dict[int, Mask]:
     """What of the states `possible` of each machine some joint state has that all relations allow."""
-    found = _arc_consistent(relations, possible)
+    found = arc_consistent(relations, possible)
     for group in tied(relations):
         machines = sorted({machine for relation in group for machine in relation.machines})
         if len(group) > 1 and prod(int(found[machine].sum()) for machine in machines) <= MOST_JOINT:
@@ -127,7 +127,8 @@ def joint_states(relations: Sequence[Allowed], machines: Sequence[int], possible
     return joint
 
 
-def _arc_consistent(relations: Sequence[Allowed], possible: Mapping[int, Mask]) -> dict[int, Mask]:
+def arc_consistent(relations: Sequence[Allowed], possible: Mapping[int, Mask]) -> dict[int, Mask]:
+    """What of the states `possible` every relation has some combination of possible states with."""
     found, changed = dict(possible), True
     while changed:
         changed = False
