@@ -81,13 +81,18 @@ class Law:
     _ruled: dict[tuple[int, States, States, int], Mask] = field(default_factory=dict)
 
     def reached(self, machine: int, state: int) -> Mask:
-        """States (n_state,) in which a machine may be one sample after `state`."""
+        """States (n_state,) in which a machine may be one sample after `state`.
+
+        On a cycle or path these go by the samples that time lets it pass: its curve keeps to the joints' speeds
+        (`cycles`), and where a state changes over says little of them.
+        """
         key = machine, state
         if key not in self._reached:
             graph = self.body.graphs[machine]
             here = np.zeros(len(graph.low), bool)
             here[state] = True
-            self._reached[key] = spread(graph, here, self.most[machine]) & reach(graph, here, self.dt)
+            found = spread(graph, here, self.most[machine])
+            self._reached[key] = found if graph.rounds_up else found & reach(graph, here, self.dt)
         return self._reached[key]
 
     def ruled(self, rule: Rule, before: Sequence[int], after: Sequence[int], machine: int) -> Mask:
