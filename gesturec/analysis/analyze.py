@@ -40,6 +40,7 @@ from gesturec.analysis.separation import (
 from gesturec.artifact.artifact import Artifact, MachineTables
 from gesturec.artifact.kinematics import chain_of
 from gesturec.expansion.adjacency import Arcs
+from gesturec.expansion.consistency import Allowed, Mask, consistent
 from gesturec.expansion.graph import dead_ends, equal_states, unreachable
 
 NOISE: Final = 0.002  # m: what two cameras a metre away see
@@ -86,8 +87,9 @@ def analyze(
         raise ValueError("the noise is a positive length, and the error at which states merge is between 0 and 0.5")
     visible = set(names) if measured is None else measured
     visible -= {name for name, virtual in zip(names, artifact.columns["token_virtual"], strict=True) if virtual}
+    possible = _possible(artifact)
     machines = [
-        _machine(artifact, machine, noise, [tuple(group) for group in hidden], visible, merge)
+        _machine(artifact, machine, noise, [tuple(group) for group in hidden], visible, merge, possible[machine])
         for machine in range(artifact.n_machine)
     ]
     report = artifact.manifest.report
@@ -114,6 +116,7 @@ def _machine(
     hidden: Sequence[tuple[str, ...]],
     visible: set[str],
     merge: float,
+    possible: Mask,
 ) -> MachineAnalysis:
     tables = artifact.machine(machine)
     arcs = Arcs(tables.transition_start, tables.transition_target)
@@ -127,6 +130,7 @@ def _machine(
         components=_components(arcs),
         unreachable=_named(tables, unreachable(arcs)) if len(tables.angle) > 1 else (),
         dead_ends=_named(tables, dead_ends(arcs)) if len(tables.angle) > 1 else (),
+        impossible=_named(tables, np.flatnonzero(~possible)),
         equal=_equal(tables, seen),
         separations=tuple(
             _separation(artifact, tables, noise, each, visible, merge)
@@ -208,14 +212,27 @@ def _worst(artifact: Artifact, tables: MachineTables, pairs: Pairs) -> tuple[Pai
     return tuple(found)
 
 
-def _relation(artifact: Artifact, relation: int) -> RelationAnalysis:
-    """Forbidden combinations, and states that no combination leaves possible."""
-    columns, manifest = artifact.columns, artifact.manifest
+def _possible(artifact: Artifact) -> dict[int, Mask]:
+    """States of each machine that some joint state has, as far as that can be told."""
+    everything = {machine: np.ones(len(tables.angle), bool) for machine, tables in enumerate(artifact.machines())}
+    tables = (_table(artifact, relation) for relation in range(len(artifact.manifest.relations)))
+    return consistent([Allowed(tuple(machines), np.isfinite(cost)) for machines, cost in tables], everything)
+
+
+def _table(artifact: Artifact, relation: int) -> tuple[list[int], Floats]:
+    """A relation's machines, and its cost over the product of their states."""
+    columns = artifact.columns
     first, count = columns["relation_machine_start"][relation], columns["relation_machine_count"][relation]
-    machines = columns["relation_machine"][first : first + count].tolist()
+    machines: list[int] = columns["relation_machine"][first : first + count].tolist()
     shape = [len(artifact.machine(machine).angle) for machine in machines]
     start = int(columns["relation_cost_start"][relation])
-    cost = columns["relation_cost"][start : start + prod(shape)].reshape(shape)
+    return machines, columns["relation_cost"][start : start + prod(shape)].reshape(shape)
+
+
+def _relation(artifact: Artifact, relation: int) -> RelationAnalysis:
+    """Forbidden combinations, and states that no combination leaves possible."""
+    manifest = artifact.manifest
+    machines, cost = _table(artifact, relation)
     forbidden = np.isinf(cost)
     impossible = []
     for axis, machine in enumerate(machines):

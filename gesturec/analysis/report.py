@@ -73,6 +73,7 @@ class MachineAnalysis:
     components: int  # sets of states that can be reached from each other
     unreachable: tuple[str, ...]
     dead_ends: tuple[str, ...]
+    impossible: tuple[str, ...]  # states that the relations across machines leave no joint state
     equal: tuple[tuple[str, ...], ...]
     separations: tuple[Separation, ...]
 

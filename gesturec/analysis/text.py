@@ -43,6 +43,8 @@ def _machine(machine: MachineAnalysis) -> Iterator[str]:
         yield f"  cannot be reached: {_listed(machine.unreachable)}"
     if machine.dead_ends:
         yield f"  cannot be left: {_listed(machine.dead_ends)}"
+    if machine.impossible:
+        yield f"  left impossible by relations: {len(machine.impossible):,} states: {_listed(machine.impossible)}"
     for group in machine.equal[:TOLD]:
         yield f"  equal to every token: {_listed(group)}"
     yield from _more(len(machine.equal), "sets of equal states")
@@ -104,7 +106,7 @@ def _relations(analysis: Analysis) -> Iterator[str]:
         share = f"{count:,} of {relation.combinations:,} ({100 * count / relation.combinations:.1f} %)"
         yield f"  {relation.name} ({', '.join(relation.machines)}): {does} {share if count else 'nothing'}"
         if relation.impossible:
-            yield f"    leaves no place for {_listed(relation.impossible)}"
+            yield f"    by itself leaves {len(relation.impossible):,} states impossible: {_listed(relation.impossible)}"
 
 
 def _rules(analysis: Analysis) -> Iterator[str]:

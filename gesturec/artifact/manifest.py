@@ -30,8 +30,8 @@ class Manifest:
     `wanted` an entry is [value, low, high] with null for an open end; in `bindings` an entry is {name,
     tokens: {ours: {theirs: weight}}, order, up}; in `dwell` {machine, name, states, shortest, longest};
     in `phases` {name, start, end, states, parts}; in `bodies`, which is empty for one body, {name, model,
-    digest, root, scale, exclusive} (model and digest as if its own model had been compiled alone) and [first,
-    count] of its limbs, joints, tokens and machines.
+    digest, root, scale, exclusive, above} (model and digest as if its own model had been compiled alone; above is what
+    each file between that and this one says is exclusive) and [first, count] of its limbs, joints, tokens and machines.
     """
 
     name: str

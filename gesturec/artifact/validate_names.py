@@ -87,13 +87,15 @@ def _check_bodies(manifest: Manifest) -> None:
     """Several bodies share out the model's parts, in order; their names stand before those of what they have."""
     ends = dict.fromkeys(PARTS, 0)
     for body in manifest.bodies:
-        known = set(body) - {"model", "digest"}  # which files have had since profiles of several bodies
+        known = set(body) - {"model", "digest", "above"}  # which files have not always had
         require(known == {"name", "root", "scale", "exclusive", *PARTS}, "a body is malformed")
         own = (body.get("model", ""), body.get("digest", ""))
         require(all(isinstance(each, str) for each in own), "a body is malformed")
         require(isinstance(body["name"], str) and isinstance(body["root"], str), "a body has no name")
         require(type(body["scale"]) in (int, float) and 0 < body["scale"] < inf, "a body's scale is no positive number")
-        require(isinstance(body["exclusive"], list), "a body is malformed")
+        require(_are_texts(body["exclusive"]), "a body is malformed")
+        above = body.get("above", [])
+        require(isinstance(above, list) and all(map(_are_texts, above)), "a body is malformed")
         for what in PARTS:
             run = body[what]
             require(isinstance(run, list) and len(run) == 2 and all(type(n) is int for n in run), "a body is malformed")

@@ -91,21 +91,11 @@ def build_part(
     findings.context.append(note)
     told = part_settings(name, one, whole, settings)
     body, found = settled_body(model, told, findings)
-    refuse_exclusive(model, findings)
     top = whole.model.main.block.transitions
     body.outer = whole.outer if top is None else (*whole.outer, (top, whole.environment))
     built = build_own(body, found, told, findings)
     findings.context.remove(note)
     return None if built is None else BodyPart(name, body, *built)
-
-
-def refuse_exclusive(model: Model, findings: Findings) -> None:
-    """Report what a body of several says of them that the file above would have to say."""
-    top = model.main.block.transitions
-    if model.bodies and top is not None and top.has("exclusive"):
-        message = "`exclusive` of bodies that are themselves a body is not built yet"
-        help = "say it in the outermost file, of machines by their full names"
-        findings.report("not-built", message, top.key("exclusive"), "", help)
 
 
 def part_settings(name: str, one: BodyModel, whole: ResolvedBody, settings: Settings[str, object]) -> dict[str, object]:

@@ -42,7 +42,6 @@ ERRORS: Final = (
     ("bad-color", "a color is neither a CSS name nor `[r, g, b]`"),
     ("bad-arc", "an arc is not `a -> b` or `a <-> b`"),
     ("newer-version", "the file is written for a newer gesturec"),
-    ("not-built", "something of the language is not built yet"),
     # expressions and gesture patterns
     ("bad-expression", "a text is not an expression"),
     ("bad-pattern", "a text is not a gesture pattern"),
@@ -126,6 +125,7 @@ WARNINGS: Final = (
     ("no-visible-token", "a machine moves no token that can be measured"),
     ("dead-end", "a state has no way out"),
     ("unreachable", "a state cannot be reached"),
+    ("impossible-state", "relations across machines make a state impossible"),
     ("idle-constraint", "a constraint removes nothing"),
     ("equal-states", "two states of a machine put every visible token in the same place"),
     ("never-matches", "a pattern can never be met"),

@@ -7,7 +7,7 @@ machines (relations, poses, rules) is settled afterwards, from their states.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,28 +17,24 @@ from gesturec.artifact.programs import Programs
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.chain import chain_columns, token_machine
 from gesturec.expansion.consistency import conflict_findings
+from gesturec.expansion.empty import empty_poses
 from gesturec.expansion.environment import Body, SetTable
 from gesturec.expansion.equality import equal_findings
 from gesturec.expansion.far import far_findings
 from gesturec.expansion.gesture_steps import gesture_findings
 from gesturec.expansion.graph import graph_findings
+from gesturec.expansion.impossible import impossible_findings
 from gesturec.expansion.limits import DEFAULT_LIMITS, Limits, Refused, refuse_count
 from gesturec.expansion.machine import Expanded, expand_states, truth_of
-from gesturec.expansion.poses import PoseTruth, expand_pose
+from gesturec.expansion.poses import expand_pose
 from gesturec.expansion.relations import Relation, cost_of, expand_relation
 from gesturec.expansion.results import BodyTables, MachineResult
 from gesturec.expansion.states import Floats, MachineStates
 from gesturec.expansion.tokens import templates
 from gesturec.expansion.transitions import expand_transitions
-from gesturec.language.expressions.units import BASE_UNITS
-from gesturec.lowering.lowered import LoweredConstraint, LoweredModel, LoweredPose, LoweredRule
+from gesturec.lowering.lowered import LoweredConstraint, LoweredModel, LoweredRule
 
 T = TypeVar("T")
-
-# rad or m
-SAME_VALUE: Final = 1e-8
-# Values of a joint that a finding lists.
-MOST_LISTED: Final = 12
 
 
 class Found(NamedTuple):
@@ -96,8 +92,10 @@ def _expand(model: LoweredModel, limits: Limits) -> Found:
     if conflicts:
         return Found(None, (*findings, *conflicts))
     findings.extend(_idle(results, relations))
-    findings.extend(_empty_poses(body, poses))
-    findings.extend(gesture_findings(body, relations, _named_empty(body, poses)))
+    findings.extend(impossible_findings(body, relations))
+    empty = empty_poses(body, relations, poses)
+    findings.extend(empty.values())
+    findings.extend(gesture_findings(body, relations, frozenset(empty)))
     tables = BodyTables(body, columns, tuple(results), tuple(relations), tuple(poses))
     return Found(tables, tuple(findings))
 
@@ -181,36 +179,3 @@ def _idle(results: Sequence[MachineResult], relations: Sequence[Relation]) -> li
         for removes, constraint in removed.values()
         if not removes
     ]
-
-
-def _empty_poses(body: Body, poses: Sequence[PoseTruth]) -> list[Diagnostic]:
-    findings = []
-    for pose, truth in zip(body.model.poses, poses, strict=True):
-        empty = [machine for machine, row in truth.rows.items() if not row.any()]
-        if empty:
-            name = body.model.machines[empty[0]].name
-            message = f"pose `{pose.name}` holds in no state of machine `{name}`"
-            findings.append(Diagnostic("empty-pose", message, pose.span, help=_coupled_help(body, pose)))
-    return findings
-
-
-def _named_empty(body: Body, poses: Sequence[PoseTruth]) -> frozenset[str]:
-    """Poses that hold in no state, of which enough is said."""
-    both = zip(body.model.poses, poses, strict=True)
-    return frozenset(pose.name for pose, truth in both if not all(row.any() for row in truth.rows.values()))
-
-
-def _coupled_help(body: Body, pose: LoweredPose) -> str | None:
-    """What a coupled joint can be, where a pose wants something else of it; for other joints it was checked before."""
-    for wanted in pose.wanted:
-        joint = body.model.joints[wanted.joint]
-        machine = body.model.limbs[joint.limb].machine
-        if joint.coupling is None or machine is None:
-            continue
-        states = body.states[machine]
-        values = np.unique(states.angle[:, states.column(wanted.joint)].round(9))
-        if not ((values >= wanted.low - SAME_VALUE) & (values <= wanted.high + SAME_VALUE)).any():
-            unit = body.model.units["angle" if joint.type == "hinge" else "length"]
-            listed = [f"{value / BASE_UNITS[unit].factor:.4g}" for value in values[:MOST_LISTED]]
-            return f"`{joint.name}` follows others and is {', '.join(listed)}{', …' * (len(values) > MOST_LISTED)}"
-    return None

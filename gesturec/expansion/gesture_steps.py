@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import islice
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +24,16 @@ from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.diagnostics.source import Span
 from gesturec.expansion.consistency import possible_states
 from gesturec.expansion.depend import conjuncts, dependence, last_operands
+from gesturec.expansion.empty import asked_of, spanning
 from gesturec.expansion.environment import Body, SetTable, state_environment
 from gesturec.expansion.poses import UNKNOWN
 from gesturec.expansion.relations import Relation
 from gesturec.language.expressions.gestures import ROUNDING, least_steps, least_time, leaves, steps_of, time_after
-from gesturec.lowering.lowered import LoweredPattern, Operation
+from gesturec.lowering.lowered import LoweredPattern, Operation, Program
 
 Codes = NDArray[np.uint8]
 Operations = tuple[Operation, ...]
 Shape = dict[str, Any]
-
-# Combinations of a relation that is asked whether it leaves a truth a state; every truth asks it.
-MOST_COMBINATIONS: Final = 1 << 20
 
 
 class Step(NamedTuple):
@@ -135,7 +133,7 @@ def gesture_findings(body: Body, relations: Sequence[Relation], said: frozenset[
     truths = Truths(Body(body.model, body.chain, SetTable(), body.states))
     found: dict[tuple[str, Span], Diagnostic] = {}
     for pattern in body.model.patterns:
-        never = [may_never(truths, relations, truth.program.operations) for truth in pattern.truths]
+        never = [may_never(truths, relations, truth.program) for truth in pattern.truths]
         told = [bool(truth.poses & said) for truth in pattern.truths]
         steps = [Step(*pair) for pair in zip(leaves(pattern.shape), pattern.places, strict=True)]
         fresh = [step for step in steps if never[step.truth] and not told[step.truth]]
@@ -147,19 +145,14 @@ def gesture_findings(body: Body, relations: Sequence[Relation], said: frozenset[
     return list(found.values())
 
 
-def may_never(truths: Truths, relations: Sequence[Relation], operations: Operations) -> bool:
+def may_never(truths: Truths, relations: Sequence[Relation], program: Program) -> bool:
     """Whether there surely is no state of the body in which a truth holds."""
-    rows = truths.may_hold(operations)
+    rows = truths.may_hold(program.operations)
     if not all(row.any() for row in rows.values()):
         return True
-    hard = [
-        relation
-        for relation in relations
-        if relation.constraint.kind == "require"
-        and relation.cost.size <= MOST_COMBINATIONS
-        and rows.keys() & set(relation.machines)
-    ]
-    return bool(hard) and not all(row.any() for row in possible_states(truths.body, hard, rows).values())
+    own = [*spanning(truths.body, "", program.operations, program.span)]
+    asked = [*asked_of(relations), *own]
+    return bool(asked) and not all(row.any() for row in possible_states(truths.body, asked, rows).values())
 
 
 def never_true(step: Step) -> Diagnostic:

@@ -61,7 +61,8 @@ def _body(part: LoweredPart) -> dict[str, Any]:
     """One of several bodies, with what is its own as first and count."""
     own = {name: list(getattr(part, name)) for name in ("limbs", "joints", "tokens", "machines")}
     told = {"name": part.name, "model": part.model, "digest": source_digest(part.model, part)}
-    return {**told, "root": part.root_name, "scale": part.scale, "exclusive": list(part.exclusive), **own}
+    alone = {"exclusive": list(part.exclusive), "above": [list(names) for names in part.above]}
+    return {**told, "root": part.root_name, "scale": part.scale, **alone, **own}
 
 
 def source_digest(name: str, model: LoweredModel | LoweredPart) -> str:

@@ -88,7 +88,10 @@ def all_sources(body: ResolvedBody, models: Iterable[LoweredModel]) -> set[tuple
 
 def parts_of(shift: Shift, model: LoweredModel) -> tuple[LoweredPart, ...]:
     """What of the whole is a body's, or each of its bodies'."""
-    return tuple(map(shift.part, model.bodies)) or (whole_part(shift, model),)
+    if not model.bodies:
+        return (whole_part(shift, model),)
+    said = (model.exclusive,) if model.exclusive else ()
+    return tuple(shift.part(replace(part, above=(*part.above, *said))) for part in model.bodies)
 
 
 def whole_part(shift: Shift, model: LoweredModel) -> LoweredPart:

@@ -246,7 +246,8 @@ class LoweredBinding(NamedTuple):
 class LoweredPart(NamedTuple):
     """One of several bodies: what of the whole is its own, each as first and count.
 
-    `model`, `parameters` and `sources` are those of its own model, as if that had been compiled alone.
+    `model`, `parameters` and `sources` are those of its own model, as if that had been compiled alone. `exclusive` is
+    what its own file says, `above` what each file between that and the outermost says.
     """
 
     name: str
@@ -260,6 +261,7 @@ class LoweredPart(NamedTuple):
     exclusive: tuple[str, ...]
     parameters: dict[str, Any]
     sources: tuple[tuple[str, str], ...]
+    above: tuple[tuple[str, ...], ...] = ()
 
 
 class LoweredModel(NamedTuple):

@@ -91,6 +91,7 @@ class Shift:
             tokens=(part.tokens[0] + self.tokens, part.tokens[1]),
             machines=(part.machines[0] + self.machines, part.machines[1]),
             exclusive=self.exclusive(part.exclusive),
+            above=tuple(map(self.exclusive, part.above)),
         )
 
     def exclusive(self, names: Iterable[str]) -> tuple[str, ...]:

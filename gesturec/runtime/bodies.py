@@ -62,6 +62,8 @@ class BodiesSession(Session):
         self.parts = [PartSession(part, **_started(own, part, artifact)) for part in body_artifacts(artifact)]
         self._tokens = [run_of(body, "tokens") for body in bodies]
         self._machines = [run_of(body, "machines") for body in bodies]
+        for part, run in zip(self.parts, self._machines, strict=True):
+            part.body = replace(part.body, exclusive=self.body.exclusive.of(range(run.start, run.stop)))
         owner = np.repeat(np.arange(len(bodies)), [body["machines"][1] for body in bodies])
         self._spanning = _spanning(self.body, owner)
         self._gestures = GestureRuns(self.body)
@@ -149,7 +151,7 @@ def _spanning(body: Body, owner: Ids) -> Body:
         body,
         relations=tuple(each for each in body.relations if spans(each.machines)),
         rules=tuple(each for each in body.rules if spans(each.machines)),
-        exclusive=Exclusive(one_of=body.exclusive.one_of if spans(body.exclusive.one_of) else ()),
+        exclusive=Exclusive(one_of=tuple(filter(spans, body.exclusive.one_of))),
     )
 
 

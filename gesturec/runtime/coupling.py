@@ -27,16 +27,35 @@ LEAST_ALONE: Final = 0.05  # weight that moving keeps while something else moves
 class Exclusive:
     """What may not change at once, of `transitions.exclusive`: machine ids."""
 
-    of_motion: frozenset[int] = frozenset()  # hold while the root moves
-    one_of: tuple[int, ...] = ()  # of which at most one moves
+    of_motion: frozenset[int] = frozenset()  # hold while the root of their body moves
+    one_of: tuple[tuple[int, ...], ...] = ()  # groups, of each of which at most one moves
+
+    def of(self, machines: range) -> Exclusive:
+        """What of this is about some machines alone, which get ids of their own."""
+        inside = [group for group in self.one_of if all(m in machines for m in group)]
+        held = frozenset(m - machines.start for m in self.of_motion if m in machines)
+        return Exclusive(held, tuple(tuple(m - machines.start for m in group) for group in inside))
 
 
 def exclusive_of(artifact: Artifact) -> Exclusive:
-    """A model's exclusive parts: the root's motion, all machines together (`deformation`), or machines by name."""
-    listed, machines = artifact.manifest.exclusive, artifact.manifest.machines
-    named = tuple(m for m, name in enumerate(machines) if name in listed)
-    deforming = range(len(machines)) if "deformation" in listed else named
-    return Exclusive(frozenset(deforming) if "motion" in listed else frozenset(), named if len(named) > 1 else ())
+    """A model's exclusive parts: the root's motion, all machines together (`deformation`), or machines by name.
+
+    Of several bodies each has what its own file says, and what those above it say: a file's `motion` is that of each
+    root by itself, which the machines of that root's body hear.
+    """
+    manifest, ids = artifact.manifest, {name: m for m, name in enumerate(artifact.manifest.machines)}
+    bodies = [(own["machines"], (own["exclusive"], *own.get("above", ()))) for own in manifest.bodies]
+    held: set[int] = set()
+    groups: dict[tuple[int, ...], None] = {}
+    for (first, count), own in bodies or [((0, len(ids)), ())]:
+        for listed in (*own, manifest.exclusive):
+            named = tuple(sorted(ids[name] for name in listed if name in ids))
+            machines = range(first, first + count)
+            if "motion" in listed:
+                held |= set(machines) if "deformation" in listed else set(named) & set(machines)
+            if len(named) > 1:
+                groups[named] = None
+    return Exclusive(frozenset(held), tuple(groups))
 
 
 def share_of(dt: float) -> float:
@@ -74,12 +93,13 @@ def _message(relation: Relation, belief: Sequence[Array], axis: int, sums: bool)
     return np.asarray(joint.sum(rest) if sums else joint.max(rest))
 
 
-def alone_weights(group: Sequence[int], moving: Array, share: float) -> Array:
-    """Weight of moving of each machine, (n_machine,), where of a group at most one moves.
+def alone_weights(groups: Sequence[Sequence[int]], moving: Array, share: float) -> Array:
+    """Weight of moving of each machine, (n_machine,), where of each group at most one moves.
 
     `moving` (n_machine,) is each machine's probability of moving; `share` as in `relation_messages`.
     """
     weight = np.ones(len(moving))
-    for machine in group:
-        weight[machine] = np.prod([1 - moving[other] for other in group if other != machine])
+    for machine in {machine for group in groups for machine in group}:
+        others = {other for group in groups if machine in group for other in group} - {machine}
+        weight[machine] = np.prod([1 - moving[other] for other in sorted(others)])
     return np.asarray(np.maximum(weight, LEAST_ALONE) ** share)

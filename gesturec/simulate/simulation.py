@@ -6,7 +6,6 @@ courses, forward kinematics, noise, what is hidden. The same seed gives the same
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -19,14 +18,16 @@ from gesturec.diagnostics.errors import InputError, LimitError
 from gesturec.recordings.recording import Recording
 from gesturec.recordings.results import StatesTable
 from gesturec.recordings.rig import Rig
-from gesturec.simulate.cycles import Course, Moment, are_tied, companies, courses, going_machines
+from gesturec.simulate.cycles import Moment, are_tied, companies, courses, going_machines
 from gesturec.simulate.hiding import Hidden, hide
-from gesturec.simulate.itinerary import relation_tables
-from gesturec.simulate.motion import farthest_move, frame_times, through_keys
+from gesturec.simulate.law import Law, law_of
+from gesturec.simulate.legs import Keys, Moves, as_far_as, moves_of, refuse_wrong
+from gesturec.simulate.motion import farthest_move, frame_times
 from gesturec.simulate.standing import of_tokens, stand_apart, true_places
-from gesturec.simulate.states import angles_of, nearest_of, nearest_state, pose_choice, pose_states, rest_states
+from gesturec.simulate.states import angles_of, nearest_allowed, nearest_of, pose_choice, pose_states, rest_states
 
 Array = NDArray[np.float64]
+Ids = NDArray[np.int64]
 
 MAX_FRAMES: Final = 10_000_000
 """Frames of a simulated take: a day at 100 Hz."""
@@ -95,14 +96,14 @@ def simulate(artifact: Artifact, options: SimulateOptions, rig: Rig | None = Non
     time = _times(options)
     random = np.random.default_rng(options.seed)
     chain = chain_of(artifact.columns)
-    curves, going = _curves(artifact, options, time, random)
-    angles = complete_angles(chain, curves)
+    moves = _moves(artifact, options, time, random)
+    angles = complete_angles(chain, moves.angle)
     positions = token_positions(chain, angles)
     places = stand_apart(artifact, positions, options.apart)
     names, body = _measured_tokens(artifact, positions + of_tokens(artifact, places))
     origin = np.zeros(3) if rig is None else _where_cameras_look(rig) - body.reshape(-1, 3).mean(axis=0)
     points = body + origin
-    truth = _truth(artifact, time, angles, going, origin + places)
+    truth = _truth(artifact, time, angles, moves.state, origin + places)
     pixels = None if rig is None else _pixels(rig, points, names, time, options, random)
     noisy = points + random.normal(0.0, options.noise, points.shape) if options.noise else points.copy()
     hide(noisy, time, names, options.hidden)
@@ -123,21 +124,22 @@ def _times(options: SimulateOptions) -> Array:
     return frame_times(options.duration, options.rate)
 
 
-def _curves(
-    artifact: Artifact, options: SimulateOptions, time: Array, random: np.random.Generator
-) -> tuple[Array, dict[int, Course]]:
-    """Values of the free joints in every frame (n_frame, n_joint), and the courses of machines of cycles and paths."""
+def _moves(artifact: Artifact, options: SimulateOptions, time: Array, random: np.random.Generator) -> Moves:
+    """Free joints and states in every frame, all as the model allows."""
+    law = law_of(artifact, 1 / options.rate)
     if options.path:
-        keys, pace = _path_keys(artifact, options.path), MIDDLE_PACE
+        keys, pace = _path_keys(law, options), MIDDLE_PACE
         moments = _path_moments(artifact, options)
     else:
-        keys, pace = _random_keys(artifact, options.duration, random), random.uniform()
+        keys, pace = _random_keys(law, options.duration, random), random.uniform()
         moments = [_random_moment(artifact, random)]
-    curves = through_keys(keys, time, options.duration)
     going = courses(artifact, moments, time, options.duration, pace)
+    moves = moves_of(law, keys, time, [m for m in range(artifact.n_machine) if m not in going])
     for machine, course in going.items():
-        curves[:, artifact.machine(machine).joints] = course.angle
-    return curves, going
+        moves.angle[:, artifact.machine(machine).joints] = course.angle
+        moves.state[:, machine] = course.state
+    refuse_wrong(law, keys, time, moves.state)
+    return moves
 
 
 def _path_moments(artifact: Artifact, options: SimulateOptions) -> list[Moment]:
@@ -166,32 +168,34 @@ def _random_moment(artifact: Artifact, random: np.random.Generator) -> Moment:
     return Moment(0.0, allowed, offset)
 
 
-def _path_keys(artifact: Artifact, path: tuple[str, ...]) -> Array:
-    """Joint values (n_key, n_joint) of the states that the poses of a path mean."""
-    states, keys = rest_states(artifact), []
-    for pose in path:
-        states = pose_states(artifact, pose, states)
-        keys.append(angles_of(artifact, states))
-    return np.array(keys)
+def _path_keys(law: Law, options: SimulateOptions) -> Keys:
+    """The states that the poses of a path mean."""
+    states, keys = rest_states(law.artifact), []
+    for pose in options.path:
+        states = pose_states(law.artifact, pose, states, law.resting())
+        keys.append(states)
+    return Keys(keys, options.path, options.duration)
 
 
-def _random_keys(artifact: Artifact, duration: float, random: np.random.Generator) -> Array:
-    """Random configurations in turn, from rest, each as far from the last as the joints' speeds let it be.
-
-    What relations forbid is drawn again.
-    """
+def _random_keys(law: Law, duration: float, random: np.random.Generator) -> Keys:
+    """Random configurations in turn, from rest, each as far from the last as the model and joints' speeds let it be."""
+    artifact = law.artifact
     count = max(1, round(duration / _random_period(artifact)))
-    keys = [angles_of(artifact, rest_states(artifact))]
     sizes = [len(tables.state_names) for tables in artifact.machines()]
-    allowed, farthest = _relations(artifact), farthest_move(artifact.columns["joint_max_speed"], duration / count)
+    farthest = farthest_move(artifact.columns["joint_max_speed"], duration / count)
+    keys = [_allowed(law, rest_states(artifact))]
     for _ in range(count):
-        draw = (random.integers(0, sizes) for _ in range(1000))
-        near = (_within(artifact, list(map(int, states)), keys[-1], farthest) for states in draw)
-        states = next((states for states in near if allowed(states)), None)
-        if states is None:
-            raise InputError("the model's relations leave no room for random configurations", "--random")
-        keys.append(angles_of(artifact, states.tolist()))
-    return np.array(keys)
+        states = _within(artifact, random.integers(0, sizes).tolist(), angles_of(artifact, keys[-1]), farthest)
+        keys.append(as_far_as(law, keys[-1], _allowed(law, states.tolist()), duration / count))
+    return Keys(keys, ("random",) * len(keys), duration, "--random")
+
+
+def _allowed(law: Law, states: list[int]) -> list[int]:
+    """The joint state nearest to one that the model allows."""
+    found = nearest_allowed(law.artifact, states, law.resting())
+    if found is None:
+        raise InputError("the model's relations and rules leave no room for random configurations", "--random")
+    return found
 
 
 def _random_period(artifact: Artifact) -> float:
@@ -215,30 +219,21 @@ def _within(artifact: Artifact, states: list[int], before: Array, farthest: Arra
     return np.array(found)
 
 
-def _relations(artifact: Artifact) -> Callable[[NDArray[np.int64]], bool]:
-    """Whether a tuple of states is one that every relation across machines allows."""
-    tables = [(list(machines), np.isfinite(cost)) for machines, cost in relation_tables(artifact)]
-    return lambda states: all(bool(allowed[tuple(states[machines])]) for machines, allowed in tables)
-
-
 def _measured_tokens(artifact: Artifact, positions: Array) -> tuple[tuple[str, ...], Array]:
     """Names and positions of the tokens that a camera could see: all but virtual ones."""
     real = np.flatnonzero(artifact.columns["token_virtual"] == 0)
     return tuple(artifact.manifest.tokens[token] for token in real), positions[:, real]
 
 
-def _truth(artifact: Artifact, time: Array, angles: Array, going: dict[int, Course], places: Array) -> StatesTable:
+def _truth(artifact: Artifact, time: Array, angles: Array, state: Ids, places: Array) -> StatesTable:
     """States, their middles, and the true angles in every frame."""
     n_frame, several = len(time), bool(artifact.manifest.bodies)
-    state = np.empty((n_frame, artifact.n_machine), np.int32)
-    for machine in range(artifact.n_machine):
-        state[:, machine] = going[machine].state if machine in going else nearest_state(artifact, machine, angles)
     middle = angles.copy()
     for machine, tables in enumerate(artifact.machines()):
         middle[:, tables.joints] = tables.angle[state[:, machine]]
     return StatesTable(
         time=time,
-        state=state,
+        state=state.astype(np.int32),
         joint_angle=middle,
         rotation=np.broadcast_to(np.full((3, 3), np.nan) if several else np.eye(3), (n_frame, 3, 3)),
         translation=np.broadcast_to(np.full(3, np.nan) if several else places[0], (n_frame, 3)),

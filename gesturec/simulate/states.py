@@ -6,7 +6,7 @@ a quantised joint's value is measured in steps of its own levels, any other join
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -18,35 +18,21 @@ from gesturec.artifact.kinematics import chain_of, complete_angles, token_positi
 from gesturec.artifact.programs import LeafEnvironment, Programs, evaluate
 from gesturec.diagnostics.errors import InputError
 from gesturec.diagnostics.suggest import nearest
+from gesturec.expansion.conflict import smallest_conflict
+from gesturec.expansion.consistency import Allowed
+from gesturec.simulate.joint import TIE, Choice, Tie, nearest_joint
+from gesturec.simulate.law import Relation, relations_in
 
 Array = NDArray[np.float64]
 Ids = NDArray[np.int64]
 
 QUANTISED: Final = VALUE_SOURCES.index("quantised")
 KEYED: Final = VALUE_SOURCES.index("keyed")
-TIE: Final = 1e-9
-"""Distances in levels closer than this are equal, and the lower id is taken."""
-
 MOST_NAMES: Final = 10
 """Poses that a message tells."""
 
 BLOCK: Final = 4_000_000
 """Numbers in one block of distances; 32 MB."""
-
-
-class Choice(NamedTuple):
-    """What a pose leaves one machine: its states (n_state,), and distances of each in levels."""
-
-    allowed: NDArray[np.bool_]
-    to_wanted: Array
-    to_before: Array
-
-    @property
-    def best(self) -> int:
-        """The state nearest to what is wanted, then to the state before, then the lowest id."""
-        allowed = np.flatnonzero(self.allowed)
-        wanted, before = (np.round(offset[allowed] / TIE) for offset in (self.to_wanted, self.to_before))
-        return int(allowed[np.lexsort((allowed, before, wanted))[0]])
 
 
 class Ruler(NamedTuple):
@@ -118,17 +104,49 @@ def rest_states(artifact: Artifact) -> list[int]:
     return [int(nearest_state(artifact, machine, zero)[0]) for machine in range(artifact.n_machine)]
 
 
-def pose_states(artifact: Artifact, pose: str, before: list[int]) -> list[int]:
-    """Each machine's state in `pose`: nearest to what it wants, then to the state before, then the lowest id.
+def pose_states(artifact: Artifact, pose: str, before: list[int], resting: Sequence[Tie] = ()) -> list[int]:
+    """Each machine's state in `pose`: the joint state nearest to what it wants, then to the one before, then by ids.
+
+    `resting` is what a joint state that is rested in has to meet besides.
 
     Raises
     ------
     InputError
-        The model has no such pose, or it cannot be held by joints alone, or holds in no state.
+        The model has no such pose, or it cannot be held by joints alone, or holds in no joint state.
     """
-    chosen = [pose_choice(artifact, pose, machine, state).best for machine, state in enumerate(before)]
-    _check_whole(artifact, pose, chosen)
+    choices = [pose_choice(artifact, pose, machine, state) for machine, state in enumerate(before)]
+    relations, bound = relations_in(artifact), _bound(artifact, pose)
+    tables = [Allowed(*each[1:]) for each in relations]
+    chosen = nearest_joint(choices, tables, (*bound, *resting))
+    if chosen is None and resting and nearest_joint(choices, tables, bound) is not None:
+        raise InputError(f"the pose `{pose}` cannot be rested in: rules forbid to stay in every state of it", "--path")
+    if chosen is None:
+        raise InputError(_why_none(artifact, pose, choices, relations), "--path")
     return chosen
+
+
+def nearest_allowed(artifact: Artifact, wanted: Sequence[int], resting: Sequence[Tie]) -> list[int] | None:
+    """The joint state to rest in that relations allow nearest to one that they may not; None where they allow none."""
+    choices = []
+    for machine, state in enumerate(wanted):
+        unasked, offset = _offsets(artifact, machine, {}, state)
+        choices.append(Choice(np.ones(len(offset), bool), offset, unasked))
+    return nearest_joint(choices, [Allowed(*each[1:]) for each in relations_in(artifact)], resting)
+
+
+def _why_none(artifact: Artifact, pose: str, choices: Sequence[Choice], relations: Sequence[Relation]) -> str:
+    """What leaves a pose no joint state."""
+    names = list(dict.fromkeys(relation.name for relation in relations))
+
+    def conflicts(chosen: Sequence[int]) -> bool:
+        kept = {names[number] for number in chosen}
+        tables = [Allowed(*relation[1:]) for relation in relations if relation.name in kept]
+        return nearest_joint(choices, tables) is None
+
+    if not conflicts(range(len(names))):
+        return f"the pose `{pose}` holds in no joint state of its machines"
+    blamed = [f"`{names[number]}`" for number in smallest_conflict(len(names), conflicts)]
+    return f"the pose `{pose}` holds in no joint state that {' and '.join(blamed)} allow{'s' * (len(blamed) == 1)}"
 
 
 def _some(poses: Sequence[str]) -> str:
@@ -168,25 +186,66 @@ def angles_of(artifact: Artifact, states: Sequence[int]) -> Array:
     return angles
 
 
-def _check_whole(artifact: Artifact, pose: str, states: list[int]) -> None:
-    """Refuse a pose that is more than sets of states, unless the states chosen one by one fulfil it together."""
+class Bound(NamedTuple):
+    """What a pose asks of several machines at once: a program over a configuration, and the machines behind it."""
+
+    artifact: Artifact
+    pose: str
+    program: int
+    machines: tuple[int, ...]
+
+    def __call__(self, states: Sequence[int]) -> bool:
+        """Whether a joint state is what the pose asks for."""
+        chain = chain_of(self.artifact.columns)
+        angles = complete_angles(chain, angles_of(self.artifact, states))
+        leaves: dict[str, Callable[[int], ArrayLike]] = {
+            "joint": lambda joint: angles[joint],
+            "token": lambda token: token_positions(chain, angles)[token],
+            "state_in": lambda number: float(is_in_set(self.artifact, number, states)),
+        }
+        try:
+            return float(evaluate(Programs.of(self.artifact.columns), self.program, LeafEnvironment(leaves))) == 1
+        except KeyError:
+            text = f"the pose `{self.pose}` speaks of the world, of motion or of more than joints, tokens and states"
+            raise InputError(f"{text}, and cannot be simulated", "--path") from None
+
+
+def _bound(artifact: Artifact, pose: str) -> tuple[Bound, ...]:
+    """What a pose asks beside sets of states of each machine, if anything."""
     program = int(artifact.columns["pose_program"][artifact.manifest.poses.index(pose)])
-    if program < 0:
-        return
-    programs = Programs.of(artifact.columns)
-    chain = chain_of(artifact.columns)
-    angles = complete_angles(chain, angles_of(artifact, states))
-    leaves: dict[str, Callable[[int], ArrayLike]] = {
-        "joint": lambda joint: angles[joint],
-        "token": lambda token: token_positions(chain, angles)[token],
-    }
-    try:
-        holds = float(evaluate(programs, program, LeafEnvironment(leaves))) == 1
-    except KeyError:
-        text = f"the pose `{pose}` speaks of the world, of motion or of more than joints and tokens"
-        raise InputError(f"{text}, and cannot be simulated", "--path") from None
-    if not holds:
-        raise InputError(f"the pose `{pose}` binds machines to one another in a way that is not searched", "--path")
+    return () if program < 0 else (Bound(artifact, pose, program, _machines_behind(artifact, program)),)
+
+
+def is_in_set(artifact: Artifact, number: int, states: Sequence[int]) -> bool:
+    """Whether a joint state is in a set of states of one machine."""
+    columns = artifact.columns
+    start, count = (int(columns[f"set_{part}"][number]) for part in ("start", "count"))
+    return states[int(columns["set_machine"][number])] in columns["set_state"][start : start + count]
+
+
+def _machines_behind(artifact: Artifact, program: int) -> tuple[int, ...]:
+    """The machines whose states a program over joints, tokens and states depends on, rising."""
+    columns = artifact.columns
+    found: set[int] = set()
+    for name, argument, _ in Programs.of(columns).operations(program):
+        if name == "joint":
+            found.update(_carriers(artifact, argument + 1))
+        elif name == "token":
+            found.update(_carriers(artifact, int(columns["token_segment"][argument])))
+        elif name == "state_in":
+            found.add(int(columns["set_machine"][argument]))
+    return tuple(sorted(found))
+
+
+def _carriers(artifact: Artifact, segment: int) -> Iterator[int]:
+    """Machines of the limbs from a segment inwards."""
+    columns = artifact.columns
+    while segment > 0:
+        limb = int(columns["segment_limb"][segment])
+        machine = int(columns["limb_machine"][limb])
+        if machine >= 0:
+            yield machine
+        segment = int(columns["limb_parent"][limb])
 
 
 def _offsets(artifact: Artifact, machine: int, wanted: dict[str, float | None], before: int) -> tuple[Array, Array]:

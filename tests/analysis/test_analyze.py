@@ -278,3 +278,24 @@ def test_a_report_is_text_json_and_a_picture(hand_report: Analysis) -> None:
 def test_what_cannot_be_asked_is_refused(options: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=r"token|noise"):
         analyze(arm(), **options)  # type: ignore[arg-type]
+
+
+def test_states_that_relations_leave_impossible_are_counted_by_each_and_by_all() -> None:
+    legs = (
+        HEAD.partition("limbs:")[0]
+        + """limbs:
+  left: {chain: [{joint: hip, axis: z, levels: [0, 30, 60]}, {token: foot, at: [20, 0, 0]}]}
+  right: {chain: [{joint: hip, axis: z, levels: [0, 30, 60]}, {token: foot, at: [20, 0, 0]}]}
+constraints:
+  - {name: lags, require: right.hip >= left.hip + 30}
+  - {name: held, require: right.hip <= 30 or left.hip >= 60}
+"""
+    )
+    artifact, findings = compile_stages(Source("legs.yaml", legs))
+    assert artifact is not None, findings
+    report = analyze(artifact)
+    assert [relation.impossible for relation in report.relations] == [("left 60", "right 0"), ()]
+    assert [machine.impossible for machine in report.machines] == [("30", "60"), ("0", "60")]
+    text = analysis_text(report)
+    assert "by itself leaves 2 states impossible: left 60, right 0" in text
+    assert "left impossible by relations: 2 states: 30, 60" in text

@@ -109,9 +109,11 @@ def test_a_constraint_about_one_body_is_paid_in_its_own_states(pair: Artifact) -
     assert pair.machine(machine).cost.tolist() == [0, 2, 2]
 
 
-def test_relations_across_bodies_act_when_decoding(pair: Artifact) -> None:
+def test_relations_across_bodies_act_when_decoding(pair: Artifact, tmp_path: Path) -> None:
     """The points show one arm flat and the other steep, which no state of both may be."""
-    take = simulate(pair, SimulateOptions(path=("mixed",), duration=0.4))
+    compiled(tmp_path)
+    (tmp_path / "pair.yaml").write_text(PAIR.replace("<= 50 deg", "<= 500 deg"))
+    take = simulate(compile_artifact(tmp_path / "pair.yaml"), SimulateOptions(path=("mixed",), duration=0.4))
     decoding = decode(pair, take.recording, noise=0.02, scale=1.0)
     a, b = (pair.manifest.machines.index(f"{body}.lower") for body in "ab")
     decided = (decoding.state[:, a] >= 0) & (decoding.state[:, b] >= 0)

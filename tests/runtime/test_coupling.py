@@ -103,8 +103,8 @@ def test_what_one_arm_showed_is_remembered_of_the_hidden_one(tmp_path: Path, dec
 
 
 def test_exclusive_machines_do_not_move_at_once(tmp_path: Path) -> None:
-    np.testing.assert_allclose(alone_weights((0, 2), np.array([0.9, 0.5, 0.2]), 1.0), [0.8, 1, 0.1])
-    assert alone_weights((0, 1), np.ones(2), 1.0).tolist() == [LEAST_ALONE] * 2
+    np.testing.assert_allclose(alone_weights([(0, 2)], np.array([0.9, 0.5, 0.2]), 1.0), [0.8, 1, 0.1])
+    assert alone_weights([(0, 1)], np.ones(2), 1.0).tolist() == [LEAST_ALONE] * 2
     one = np.concatenate([np.zeros(8), np.linspace(0, 90, 12), np.full(8, 90.0)])
     two = np.full(len(one), np.nan)
     two[:8] = 0
