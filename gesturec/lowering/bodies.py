@@ -91,7 +91,7 @@ def parts_of(shift: Shift, model: LoweredModel) -> tuple[LoweredPart, ...]:
     if not model.bodies:
         return (whole_part(shift, model),)
     said = (model.exclusive,) if model.exclusive else ()
-    return tuple(shift.part(replace(part, above=(*part.above, *said))) for part in model.bodies)
+    return tuple(shift.part(part._replace(above=(*part.above, *said))) for part in model.bodies)
 
 
 def whole_part(shift: Shift, model: LoweredModel) -> LoweredPart:
