@@ -84,7 +84,7 @@ def walk_through_states(
     angle[undecided] = np.nan
     status = np.full(n_frame, STATUS_ID["ok"], np.int32)
     status[undecided] = STATUS_ID["undecided"]
-    why = MachineWhy("ok", 3, 1.0, 16.0, 9, 2)
+    why = MachineWhy("ok", 3, 1.0, 16.0, 9, 2, 0.25)
     return Decoding(
         time=frames / 25,
         status=status,

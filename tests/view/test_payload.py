@@ -63,7 +63,7 @@ def test_an_undecided_machine_is_drawn_in_its_most_probable_state_and_told_as_un
     assert unpack(machine["probability"])[4, :2].tolist() == [153, 102]
     assert unpack(machine["possible"])[4:6].tolist() == [2, 0]
     assert unpack(machine["inside"])[3:6].tolist() == [1, 2, 0]
-    assert unpack(machine["fit"])[4].tolist() == [1.0, 16.0, 2.0, 3.0, 9.0]
+    assert unpack(machine["fit"])[4].tolist() == [1.0, 16.0, 2.0, 3.0, 9.0, 0.25]
 
 
 def test_the_payload_is_json_without_nan(hand: Artifact, make_take: Any) -> None:
