@@ -67,7 +67,8 @@ def _reach(why: MachineWhy, count: int) -> str:
 
 
 def _lean(why: MachineWhy) -> str:
-    return f"{percent(why.leaned)} of it by the other limbs' pose" if why.leaned >= WORTH_TELLING else ""
+    moved = f"the pose of the other limbs moved {percent(why.leaned)} of the probability"
+    return moved if why.leaned >= WORTH_TELLING else ""
 
 
 def _delay(why: MachineWhy, state: int) -> str:

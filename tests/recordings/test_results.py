@@ -76,7 +76,7 @@ def test_every_frame_has_its_evidence_and_a_refused_one_says_why(hand: Artifact,
     assert (hidden["track"], hidden["innovation"], hidden["residual"]) == ("coasting", None, None)
     for line in lines[2:35]:
         for machine, why in line["why"].items():
-            told = {"status", "seen", "chi_square", "limit", "reachable", "delay", "reason"}
+            told = {"status", "seen", "chi_square", "limit", "reachable", "delay", "leaned", "reason"}
             assert told <= why.keys()
             state = line["states"][machine]
             assert state is None or state in why["reason"]
@@ -105,6 +105,9 @@ def test_an_event_stands_in_the_frame_that_decided_it(hand: Artifact, take: Any)
         (WHY._replace(limit=np.inf, status="undecided"), -1, [0.2, 0.4, 0.4],
          "not decided: the most probable is b (40 %); 2 of its tokens were seen, chi-square 3.25; "
          "9 of 3 states within reach"),
+        (WHY._replace(seen=0, chi_square=np.nan, status="coasting", delay=0, leaned=0.4), 1, [0, 1, 0],
+         "carried on: b (100 %); none of its tokens was seen; 9 of 3 states within reach; "
+         "the pose of the other limbs moved 40 % of the probability"),
         (WHY._replace(seen=0, status="any"), -1, [0, 0, 0],
          "not decided: no state is known to be possible; none of its tokens was seen; 9 of 3 states within reach"),
     ],

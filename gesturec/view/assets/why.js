@@ -57,7 +57,7 @@ function evidenceLines(machine, m, frame) {
   if (!Number.isFinite(why.seen)) return ["nothing was told of this frame"];
   lines.push(`${why.seen} of ${plural(tokens, "token")} seen${fitText(why) ? `, ${fitText(why)}` : ""}`);
   lines.push(`${why.reach} of ${plural(machine.states.length, "state")} within reach, ${why.inside} in the 90 % set`);
-  if (why.leaned >= 0.005) lines.push(`${leanText(why)} by the other limbs' pose`);
+  if (why.leaned >= 0.005) lines.push(`the pose of the other limbs moved ${leanText(why)} of the probability`);
   if (machine.state[frame] >= 0 && why.delay > 0) lines.push(`decided ${plural(why.delay, "frame")} later`);
   return lines;
 }
@@ -70,7 +70,7 @@ function evidenceTable(box, machine, m, frame) {
   table.append(rowOf([["tokens seen", "soft"], [`${why.seen} of ${tokens}`, "number"]]));
   table.append(rowOf([["within reach", "soft"], [`${why.reach} of ${plural(machine.states.length, "state")}`, "number"]]));
   table.append(rowOf([["90 % set", "soft"], [plural(why.inside, "state"), "number"]]));
-  if (why.leaned >= 0.005) table.append(rowOf([["by the other limbs", "soft"], [leanText(why), "number"]]));
+  if (why.leaned >= 0.005) table.append(rowOf([["moved by the other limbs", "soft"], [leanText(why), "number"]]));
   if (machine.state[frame] >= 0) table.append(rowOf([["decided", "soft"], [why.delay > 0 ? `${plural(why.delay, "frame")} later` : "at once", "number"]]));
   box.append(table);
 }
