@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from gesturec.artifact.artifact import Array
-from gesturec.artifact.columns import COLUMNS, VALUE_SOURCES, Column
+from gesturec.artifact.columns import COLUMNS, STATE_KINDS, VALUE_SOURCES, Column
 from gesturec.artifact.manifest import Manifest
 from gesturec.artifact.validate_gestures import check_gestures
 from gesturec.artifact.validate_names import check_names, require
@@ -60,6 +60,7 @@ def _check_all(manifest: Manifest, columns: Columns) -> None:
         _check_ranges,
         _check_blocks,
         _check_covariances,
+        _check_curves,
         _check_transitions,
         _check_relations,
     ):
@@ -162,6 +163,16 @@ def _check_parents(columns: Columns) -> None:
             while segment > base:  # segments fall on the way inwards
                 segment = int(columns["joint_parent"][segment - 1])
             require(segment == base, "`machine_parent` is not on the way from what it moves to the root")
+
+
+def _check_curves(columns: Columns, sizes: Mapping[str, int]) -> None:
+    """A cycle or path has its times and, of its samples, where each is; its speed is one over the other."""
+    ends = np.cumsum(columns["machine_state_count"]).tolist()
+    for machine in np.flatnonzero(columns["machine_kind"] >= STATE_KINDS.index("cycle")).tolist():
+        shortest, longest = (float(columns[f"machine_{which}"][machine]) for which in ("shortest", "longest"))
+        require(0 < shortest <= longest, "a cycle or path has no `machine_shortest` up to its `machine_longest`")
+        start = ends[machine] - int(columns["machine_state_count"][machine])
+        require(np.isfinite(columns["state_at"][start : ends[machine]]).any(), "a cycle or path has no `state_at`")
 
 
 def _check_sets(columns: Columns) -> None:

@@ -120,7 +120,7 @@ def _limb(asked: Array, start: Ids, end: Ids, n_step: int, lattice: Lattice, tab
     lift = np.ones((len(first), len(lattice.volume)))
     for column, joint in enumerate(joints):
         lift *= _joint_lift(mean[first, column], deviation[first, column], lattice.angle[:, joint], lattice.volume)
-    lift /= lift @ lattice.volume[:, None]
+    lift /= np.maximum(lift @ lattice.volume[:, None], np.finfo(float).tiny)  # constraints may leave a node no cell
     return Limb(row.ravel().astype(np.int64), lift.astype(np.float32), lattice.volume.astype(np.float32))
 
 

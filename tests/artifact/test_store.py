@@ -18,7 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gesturec.artifact.artifact import Artifact
-from gesturec.artifact.columns import COLUMNS
+from gesturec.artifact.columns import COLUMNS, STATE_KINDS
 from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.artifact.manifest import canonical_json
 from gesturec.artifact.programs import CODES, OPS
@@ -194,6 +194,12 @@ def test_any_value_in_a_column_is_refused_or_harmless(column: Any, place: int, v
     session = Session(again)
     for frame in range(2):
         session.step(MEAN, frame / 25)
+
+
+@pytest.mark.parametrize("kind", ["cycle", "path"])
+def test_a_cycle_or_path_without_its_times_is_refused(kind: str) -> None:
+    with pytest.raises(ArtifactError, match="machine_shortest"):
+        read_artifact(with_column("machine_kind", _set(0, STATE_KINDS.index(kind))))
 
 
 @pytest.mark.parametrize("name", [op.name for op in OPS])
