@@ -149,5 +149,5 @@ def test_what_an_inner_file_says_changes_what_is_believed(tmp_path: Path) -> Non
         decoding = decode(people, replace(take, points=points), noise=0.001, scale=1.0, lag=0.0)
         starts = np.cumsum([0, *[len(people.manifest.states[m]) for m in people.manifest.machines]])
         moved[said] = [1 - float(decoding.probability[14, starts[m]]) for m in (0, 4)]
-    assert moved[PAIR_ALONE][0] < 0.75 * moved[""][0]
+    assert moved[PAIR_ALONE][0] < 0.85 * moved[""][0]  # both hold what is doubted of any hidden limb
     assert moved[PAIR_ALONE][1] == pytest.approx(moved[""][1], abs=0.02)  # ben's right arm does not move
