@@ -6,7 +6,7 @@ In: the simulated streams of `paper_hand` (pixels of two cameras, rig, truth). T
 covariance and decoded with the compiled `models/hand.yaml`. Out, as text: first one row a file with the exact shares
 of all ways beside each other (`literal` is the source paper's rule, `ik` inverse kinematics frame by frame, both run
 here on the same points; `b1`, `f2` are the published figures of such decoders) and the difference to the better of the
-reference decoders R and E; then everything that was measured, a row a file and way; then the coverage of the 90 % sets
+reference decoders R and E (`alone` is lag 2 without the prior of whole-body poses); then everything that was measured, a row a file and way; then the coverage of the 90 % sets
 by the length of the gap. `--told no` tells neither noise nor size nor the flat start; else they are told, as they were
 to the references.
 """
@@ -49,6 +49,8 @@ OTHERS: Final = [f"{kind}_px2_occ0_bones05" for kind in ("fist", "mix")] + [
 STREAMS: Final = {"standard": STANDARD, "all": STANDARD + OTHERS}
 WAYS: Final[dict[str, dict[str, Any]]] = {
     "lag2": {"decoder": "forward", "lag": 2 / RATE},
+    "alone": {"decoder": "forward", "lag": 2 / RATE, "prior": "none"},
+    "lag5": {"decoder": "forward", "lag": 5 / RATE},
     "offline": {"decoder": "forward", "lag": "offline"},
     "viterbi": {"decoder": "viterbi", "lag": 2 / RATE},
     "fuzzy": {"decoder": "fuzzy", "lag": 2 / RATE},
