@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from gesturec.checks.bindings import build_bindings
 from gesturec.checks.body import BodyLimb, Expressed, ResolvedBody
 from gesturec.checks.constraints import build_constraints, build_rules
+from gesturec.checks.follow import causes_alone
 from gesturec.checks.gestures import Gestures, WrittenGesture, written_gestures
 from gesturec.checks.limbs import build_limbs
 from gesturec.checks.machines import build_machines, exclusive_of
@@ -59,6 +60,7 @@ def resolve_model(
         findings.add(finding)
     try:
         body = resolved_body(model, settings, profile, findings)
+        findings = causes_alone(findings, model)
         return body, certain(findings, model) if model.broken else findings
     except RecursionError:
         # What may nest has limits; this is for what nests through several kinds of names at once.

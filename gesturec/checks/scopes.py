@@ -72,7 +72,7 @@ class BodyScope:
         found = self.leaf_at_top(name)
         if found is not None:
             return found if len(path) == 1 else nothing_in(path, 1)
-        if body.root_is_hole:
+        if body.root_is_hole or name in body.model.main.block.refused("machines"):
             return symbols.Hole()
         known = [*body.limbs, *body.groups, *body.root_tokens, *body.machines]
         known += [*self.names.poses.get(None, ()), *self.names.gestures.get(None, ())]

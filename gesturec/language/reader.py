@@ -323,6 +323,9 @@ class Reader:
             )
         elif (first := mapping.key(key)) is not None or key in mapping.holes:
             related = (Related("first here", first.span),) if first is not None else ()
+            before = mapping.get(key)
+            if isinstance(before, Mapping) and isinstance(value, Mapping):
+                before.holes.update(name for name in (*value, *value.holes) if name not in before)
             self.findings.add(
                 Diagnostic(
                     "duplicate-key",
@@ -338,7 +341,7 @@ class Reader:
             word = UNPARTED.match(key)
             help = f"write `{word[1]}: {word[2]}`; {COMMA}" if word else COMMA if is_flow else None
             self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
-            mapping.holes.update((str(key), word[1]) if word else (str(key),))
+            mapping.holes.update((key, word[1]) if word else (key,))
         else:
             mapping[key] = value
 
@@ -359,7 +362,7 @@ class Reader:
         )
         self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
         del mapping[last]
-        mapping.holes.add(str(last))
+        mapping.holes.add(last)
         self.run = mapping
         return True
 

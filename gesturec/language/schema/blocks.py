@@ -198,6 +198,7 @@ class Constraint(Block):
     """A constraint on states."""
 
     required = ("name",)
+    instead: ClassVar[dict[str, str]] = {"forbid": "write `require: not (…)`; `forbid` is a rule's, about one step"}
     name: leaves.Name = None
     """What reports call it."""
     require: leaves.Expression = None
