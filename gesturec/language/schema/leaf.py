@@ -58,7 +58,13 @@ def bracketed(node: Any, wanted: str) -> str | None:
     if isinstance(node, Sequence) and wanted.startswith("a mapping") and node.span.text.startswith("["):
         is_pairs = len(node) > 0 and all(isinstance(item, Mapping) for item in node)
         return "a mapping is written in curly brackets: `{key: value, …}`" if is_pairs else None
-    if not isinstance(node, Text) or "," not in node or not wanted.startswith(("a list", "a vector")):
+    if isinstance(node, Sequence) and wanted == "poses joined by `->`":
+        return f"write `{' -> '.join(map(str, node))}`" if every_path([str(item) for item in node]) else None
+    if not isinstance(node, Text) or not wanted.startswith(("a list", "a vector")):
+        return None
+    if wanted.startswith("a list of") and PATH.match(node):
+        return f"write `[{node}]`"
+    if "," not in node:
         return None
     return f"a list is written in square brackets: `[{node.strip('[](){}')}]`" if len(node) <= 40 else None
 
