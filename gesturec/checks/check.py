@@ -24,6 +24,7 @@ from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.checks.steps import refuse_joint_allows
 from gesturec.checks.suspicions import is_misspelt, report_unread, warn_of_empty, warn_of_root
+from gesturec.diagnostics.alike import told_once
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
@@ -177,9 +178,16 @@ def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
     warn_of_root(body, findings)
     warn_of_empty(body, findings)
-    for limb in blind_limbs(body):
-        message = f"no token of machine `{limb.name}` can be measured, so its states cannot be told apart"
-        findings.report("no-visible-token", message, limb.span)
+    blind = [
+        Diagnostic(
+            "no-visible-token",
+            f"no token of machine `{limb.name}` can be measured, so nothing tells states apart",
+            limb.span,
+        )
+        for limb in blind_limbs(body)
+    ]
+    for finding in told_once(blind, body.limbs):
+        findings.add(finding)
 
 
 def blind_limbs(body: ResolvedBody) -> Iterator[BodyLimb]:

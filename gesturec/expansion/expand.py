@@ -6,7 +6,7 @@ machines (relations, poses, rules) is settled afterwards, from their states.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final, NamedTuple, TypeVar
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from gesturec.artifact.artifact import Array, Artifact
 from gesturec.artifact.kinematics import Chain, chain_of
 from gesturec.artifact.programs import Programs
+from gesturec.diagnostics.alike import told_once
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.chain import chain_columns, token_machine
 from gesturec.expansion.consistency import conflict_findings
@@ -51,8 +52,15 @@ class Expansion(NamedTuple):
 
 def expand_model(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Expansion:
     """Expand a lowered model within `limits`."""
-    artifact, findings = _expand(model, limits)
+    artifact, found = _expand(model, limits)
+    findings = told_once(found, _names(model))
     return Expansion(artifact, _each_once(findings) if model.bodies else findings)
+
+
+def _names(model: LoweredModel) -> Iterator[str]:
+    """Every limb's and machine's name."""
+    yield from (limb.name for limb in model.limbs)
+    yield from (machine.name for machine in model.machines)
 
 
 def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -78,7 +86,7 @@ def _expand(model: LoweredModel, limits: Limits) -> Expansion:
     poses = _each(findings, lambda body, pose, _: expand_pose(body, pose), body, model.poses, limits)
     if relations is None or poses is None:
         return Expansion(None, tuple(findings))
-    conflicts = conflict_findings(body, relations)
+    conflicts = conflict_findings(body, relations, limits)
     if conflicts:
         return Expansion(None, (*findings, *conflicts))
     findings.extend(_idle(results, relations))
