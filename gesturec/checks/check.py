@@ -23,7 +23,7 @@ from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.checks.steps import refuse_joint_allows
-from gesturec.checks.suspicions import is_misspelt, report_unread, warn_of_empty, warn_of_root
+from gesturec.checks.suspicions import WrongPlaces, is_misspelt, report_unread, warn_of_empty, warn_of_root
 from gesturec.diagnostics.alike import told_once
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
@@ -170,9 +170,12 @@ def build_couplings(body: ResolvedBody, names: Names, findings: Findings) -> Non
 
 def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
     """What is legal and probably not meant."""
-    for name, (key, _, _) in settled.blocks.items():
+    wrong = WrongPlaces(findings)
+    for name, (key, block, _) in settled.blocks.items():
         given = body.environment.find(name)
         if given is None or given.is_used or name == SCALE or is_misspelt(name, findings):
+            continue
+        if wrong.has_in(key.span) or wrong.has_in(block.span):
             continue
         if not report_unread(given.node, findings):
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)

@@ -165,7 +165,7 @@ def plan_of(key: Text, block: Limb | None, limbs: dict[Text, Limb | None], findi
         block = found
         blocks.append(block)
         parent = parent if parent is not None else block.parent
-    if block.has("across"):
+    if block.has("across") and any(block.has(key) for key in block.one_of):
         findings.report("conflicting-keys", "`across` needs `mirror`", block.key("across"))
     for name, value in block.further.items():
         overrides.setdefault(str(name), (name, value))

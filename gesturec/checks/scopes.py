@@ -82,6 +82,8 @@ class BodyScope:
     def leaf_at_top(self, name: str) -> Symbol | None:
         """A group, root token, pose or gesture."""
         if name in self.body.groups:
+            if not self.body.groups[name] or name in self.body.mixed_groups:
+                return symbols.Hole()  # which is reported
             return symbols.Group(name, tuple(tuple(member.split(".")) for member in self.body.groups[name]))
         if name in self.body.root_tokens:
             return symbols.Token(name)

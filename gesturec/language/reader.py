@@ -178,7 +178,9 @@ class Reader:
             else:
                 self.give_up(slip.problem, self.within(slip.start, slip.end), slip.help)
         except yaml.reader.ReaderError as error:
-            self.give_up(str(error.reason), self.at(error.position))
+            is_wide = "\0" in self.source.text[:4]  # a letter in two bytes or more
+            help = "save the file as UTF-8" if is_wide else "remove the character"
+            self.give_up(str(error.reason), self.at(error.position), help)
         except (yaml.YAMLError, ValueError, RecursionError) as error:
             self.give_up(str(error).splitlines()[0], self.at(0))
 

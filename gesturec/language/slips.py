@@ -26,7 +26,9 @@ BEGINS_VALUE: Final = (token.ScalarToken, token.AliasToken, token.AnchorToken, t
 # What stands in place of a comma or colon on other keyboards and in other languages.
 STRANGE_COMMAS: Final = ";\N{FULLWIDTH COMMA}\N{FULLWIDTH SEMICOLON}\N{IDEOGRAPHIC COMMA}"
 STRANGE_COLONS: Final = "=\N{FULLWIDTH COLON}"
+STRANGE_BLANK: Final = re.compile("[\u00a0\u1680\u2000-\u200b\u202f\u205f\u3000\ufeff]")
 CONFLICTS: Final = ("<<<<<<<", "=======", ">>>>>>>")
+SIMPLE: Final = re.compile(r"[\w.+-]+\Z")  # a value that is no expression
 WORD: Final = re.compile(r"[A-Za-z_][\w-]*\Z")
 LONGEST_KEY: Final = 200  # characters of a line that are looked through for its key
 # A line of a block: `key: …`, behind any number of `- `.
@@ -95,7 +97,7 @@ def slip_of(text: str, error: yaml.MarkedYAMLError, parser: Any) -> Slip | None:
         return Slip("a tab cannot indent", at, at + 1, "indent with spaces")
     read = list(tokens_before(text, at, parser))
     found = foreign_line(layout, error) or unclosed_quote(layout, read, error) or bracket_slip(layout, read)
-    found = found or missing_blank(layout, at)
+    found = found or missing_blank(layout, at) or strange_blank(layout, at)
     if found is not None:
         return found
     if error.context == "while scanning a simple key" and error.context_mark is not None:
@@ -153,6 +155,16 @@ def missing_blank(layout: Layout, at: int) -> Slip | None:
         return None
     dash = layout.start(at) + match.end() - 1
     return Slip("a blank is missing behind `-`", dash, dash + 1, f"write `- {first_key(layout, dash + 1)}`")
+
+
+def strange_blank(layout: Layout, at: int) -> Slip | None:
+    """A blank that YAML takes for a letter, in a line or the one above it."""
+    for place in (at, layout.above(at)):
+        found = None if place is None else STRANGE_BLANK.search(layout.line(place))
+        if found is not None and place is not None:
+            start = layout.start(place) + found.start()
+            return Slip(f"this blank is U+{ord(found[0]):04X}", start, start + 1, "write a space in its place")
+    return None
 
 
 def unclosed_quote(layout: Layout, read: Sequence[Any], error: yaml.MarkedYAMLError) -> Slip | None:
@@ -256,6 +268,10 @@ def missing_sign(layout: Layout, opened: Open, had_colon: bool, before: Any, eac
     if opened.sign == "{" and not had_colon and is_key and isinstance(each, STARTS):
         help = f"write `{before.value}: {opened_text(each)}…`"
         return Slip(f"a colon is missing behind `{before.value}`", before.start_mark.index, end, help)
+    if had_colon and isinstance(before, token.ScalarToken) and before.plain and isinstance(each, STARTS):
+        what = f"a text with `{opened_text(each)}` in it stands here without quotes"
+        if SIMPLE.match(before.value) is None:
+            return Slip(what, before.start_mark.index, end, "put all of it in quotes")
     return Slip("a comma is missing here", end, end + 1, f"write a comma before `{first_word(layout, each)}`")
 
 

@@ -16,6 +16,7 @@ from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
 from gesturec.language.expressions.place import Place, place_of
+from gesturec.language.schema.leaf import strange
 
 if TYPE_CHECKING:
     from gesturec.language.expressions.lalr import Token
@@ -215,6 +216,8 @@ def _odd_character(place: Place, start: str, at: int) -> Diagnostic:
     rule, what = WHAT[start]
     word, at = _sign_at(place.text, at)
     span, help = place.part(at, at + len(word)), _meant(word, start) or _ends(place.text, start)
+    if help is None and word not in QUOTES and not word.isascii():
+        help = strange(word)
     if word in QUOTES:
         help = "names and units stand without quotes"
     elif word in KEYWORDS:

@@ -150,8 +150,18 @@ def helped(node: Text) -> str | None:
     bare = node.strip("“”„‘’«»")
     if bare != node and PATH.match(bare):
         return f"write `{bare}`"
+    if not node.isascii():
+        return strange(node)
     parts = node.split()
     return f"names in a list have commas between them: `{', '.join(parts)}`" if every_path(parts) else None
+
+
+def strange(text: str) -> str:
+    """What the first letter of a text is that is of another script, however it looks."""
+    import unicodedata
+
+    char = next(char for char in text if not char.isascii())
+    return f"`{char}` is {unicodedata.name(char, 'no letter').lower()}, U+{ord(char):04X}"
 
 
 def every_path(parts: list[str]) -> bool:
