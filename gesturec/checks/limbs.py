@@ -185,7 +185,7 @@ def build_limb(limb: BodyLimb, plan: Plan, templates: Templates, environment: En
         limb.is_hole = False
         return
     template = template_of(plan.original, templates, findings)
-    if template is None:
+    if template is None or not template.block.has("chain"):
         return
     inner = instance_environment(limb, plan, template, environment, findings)
     own = Environment(environment.units, findings, inner.given, inner.outer)

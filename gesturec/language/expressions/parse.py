@@ -305,6 +305,8 @@ def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[st
     elif expected == {"RANGE"} or ("RANGE" in expected and rule == "bad-interval"):
         wanted = "`..`"
     help = _ends(place.text, "interval" if rule == "bad-interval" else "")
+    if help is None and rule == "bad-interval" and re.fullmatch(QUANTITY, place.text) is not None:
+        help = f"write `{place.text} ..`, `.. {place.text}` or both ends"
     return Diagnostic(rule, f"{what} ends too early here", span, f"{wanted} is expected after this", help, related)
 
 
