@@ -43,6 +43,7 @@ class BodyJoint:
     rest: Matrix
     axis: Vector
     levels: tuple[BodyLevel, ...] = ()
+    suspected: Span | None = None  # where its levels are written, if they look like radians, which is reported
     low: float = -INFINITE
     high: float = INFINITE
     wrap: bool = False
@@ -313,4 +314,5 @@ class ResolvedBody:
         if file.root is None:
             return not file.has("bodies")
         tokens = [node for key, node in file.root.written.items() if key == "tokens"]
-        return file.root.is_hole("tokens") or not all(isinstance(node, Mapping) for node in tokens)
+        is_whole = all(isinstance(node, Mapping) and not node.holes for node in tokens)
+        return file.root.is_hole("tokens") or not is_whole

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from gesturec.checks.bindings import build_bindings
 from gesturec.checks.body import BodyLimb, Expressed, ResolvedBody
 from gesturec.checks.constraints import build_constraints, build_rules
+from gesturec.checks.follow import causes_alone
 from gesturec.checks.gestures import Gestures, WrittenGesture, written_gestures
 from gesturec.checks.limbs import build_limbs
 from gesturec.checks.machines import build_machines, exclusive_of
@@ -22,7 +23,8 @@ from gesturec.checks.poses import Poses, WrittenPose, typed_expression, written_
 from gesturec.checks.profile import profile_settings
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.checks.steps import refuse_joint_allows
-from gesturec.checks.suspicions import is_misspelt, report_unread, warn_of_empty, warn_of_root
+from gesturec.checks.suspicions import WrongPlaces, is_misspelt, report_unread, warn_of_empty, warn_of_root
+from gesturec.diagnostics.alike import told_once
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.render import place_of_start
@@ -59,6 +61,7 @@ def resolve_model(
         findings.add(finding)
     try:
         body = resolved_body(model, settings, profile, findings)
+        findings = causes_alone(findings, model)
         return body, certain(findings, model) if model.broken else findings
     except RecursionError:
         # What may nest has limits; this is for what nests through several kinds of names at once.
@@ -167,17 +170,27 @@ def build_couplings(body: ResolvedBody, names: Names, findings: Findings) -> Non
 
 def warn(body: ResolvedBody, settled: Settled, findings: Findings) -> None:
     """What is legal and probably not meant."""
-    for name, (key, _, _) in settled.blocks.items():
+    wrong = WrongPlaces(findings)
+    for name, (key, block, _) in settled.blocks.items():
         given = body.environment.find(name)
         if given is None or given.is_used or name == SCALE or is_misspelt(name, findings):
+            continue
+        if wrong.has_in(key.span) or wrong.has_in(block.span):
             continue
         if not report_unread(given.node, findings):
             findings.report("unused-name", f"nothing uses the parameter `{name}`", key.span)
     warn_of_root(body, findings)
     warn_of_empty(body, findings)
-    for limb in blind_limbs(body):
-        message = f"no token of machine `{limb.name}` can be measured, so its states cannot be told apart"
-        findings.report("no-visible-token", message, limb.span)
+    blind = [
+        Diagnostic(
+            "no-visible-token",
+            f"no token of machine `{limb.name}` can be measured, so nothing tells states apart",
+            limb.span,
+        )
+        for limb in blind_limbs(body)
+    ]
+    for finding in told_once(blind, body.limbs):
+        findings.add(finding)
 
 
 def blind_limbs(body: ResolvedBody) -> Iterator[BodyLimb]:

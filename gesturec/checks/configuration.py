@@ -14,6 +14,7 @@ from typing import NamedTuple
 from gesturec.checks import values
 from gesturec.checks.body import BodyCell, BodyJoint, BodyLimb, ResolvedBody
 from gesturec.checks.environment import Environment
+from gesturec.checks.follow import LOOKS_LIKE_RADIANS
 from gesturec.checks.joints import SAME
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
@@ -204,7 +205,12 @@ def report_level(joint: BodyJoint, text: str, span: Span, environment: Environme
     if text[:1].isdigit() or text[:1] == "-":
         listed += f"; a tolerance is written `{text} +- 5`"
     message = f"`{text}` is not a level of joint `{joint.name}`"
-    environment.findings.report("unknown-level", message, span, "", near or listed)
+    environment.findings.report("unknown-level", message, span, "", near or listed, cause_of(joint))
+
+
+def cause_of(joint: BodyJoint) -> tuple[Related, ...]:
+    """What a value that is no level of a joint may follow from."""
+    return (Related(LOOKS_LIKE_RADIANS, joint.suspected),) if joint.suspected is not None else ()
 
 
 def exactly(joint: BodyJoint, value: float, span: Span) -> Wish:
@@ -222,7 +228,8 @@ def between(
     if joint.levels and not any(low - slack <= level.value <= high + slack for level in joint.levels):
         labels = ", ".join(level.label for level in joint.levels)
         message = f"no level of joint `{joint.name}` lies within `{span.text}`"
-        environment.findings.report("unknown-level", message, span, "", f"its levels are {labels}")
+        help = f"its levels are {labels}"
+        environment.findings.report("unknown-level", message, span, "", help, cause_of(joint))
         return None
     value = middle(joint, low, high) if wanted is None else wanted
     cell = BodyCell(joint.limb, joint.name, value, low, high, span)

@@ -17,7 +17,6 @@ from gesturec.checks.poses import typed_expression, typed_truth
 from gesturec.checks.scopes import BodyScope, Names
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.source import Span
-from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Text
 from gesturec.language.expressions.typed import NUMBER, Type, Typed, uses
 from gesturec.language.expressions.units import PURE
@@ -76,10 +75,8 @@ def constraint_kind(block: Constraint, findings: Findings) -> ConstraintKind | N
     if prefer:
         return "prefer"
     if not cost:
-        keys = [key for key in block.further if not key.startswith("x-")]
-        if not any(nearest(key, ("require", "prefer", "cost")) for key in keys) and not block.is_hole(
-            "require", "prefer", "cost"
-        ):
+        is_said = any(not key.startswith("x-") for key in block.further)  # by a key that is reported
+        if not is_said and not block.is_hole("require", "prefer", "cost"):
             message = "a constraint needs one of `require`, `prefer`, `cost`"
             findings.report("missing-key", message, block.start, "none is here")
         return None

@@ -85,7 +85,16 @@ def value_fields(entry: JointEntry, kind: Kind, environment: Environment, labels
     elif limits is not None and entry.range is not None and is_spaced:
         environment.findings.report("bad-interval", "levels need a range with both ends", entry.range.span)
     fields |= further_fields(entry, kind, environment)
+    fields["suspected"] = suspected_place(entry.levels or entry.range, environment)
     return fields
+
+
+def suspected_place(node: Node | None, environment: Environment) -> Span | None:
+    """Where levels are written, if they were found to look like radians."""
+    found = None if node is None else values.whole(node, environment)[0]
+    if found is None or not environment.findings.has("radians-suspected", found.span):
+        return None
+    return found.span
 
 
 def further_fields(entry: JointEntry, kind: Kind, environment: Environment) -> dict[str, Any]:

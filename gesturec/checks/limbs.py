@@ -165,7 +165,7 @@ def plan_of(key: Text, block: Limb | None, limbs: dict[Text, Limb | None], findi
         block = found
         blocks.append(block)
         parent = parent if parent is not None else block.parent
-    if block.has("across"):
+    if block.has("across") and any(block.has(key) for key in block.one_of):
         findings.report("conflicting-keys", "`across` needs `mirror`", block.key("across"))
     for name, value in block.further.items():
         overrides.setdefault(str(name), (name, value))
@@ -185,7 +185,7 @@ def build_limb(limb: BodyLimb, plan: Plan, templates: Templates, environment: En
         limb.is_hole = False
         return
     template = template_of(plan.original, templates, findings)
-    if template is None:
+    if template is None or not template.block.has("chain"):
         return
     inner = instance_environment(limb, plan, template, environment, findings)
     own = Environment(environment.units, findings, inner.given, inner.outer)

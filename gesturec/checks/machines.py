@@ -262,7 +262,10 @@ def check_keyed(machine: BodyMachine, plan: MachinePlan) -> None:
             continue
         for state in machine.states:
             named = {(cell.limb, cell.joint) for cell in state.cells}
-            if (joint.limb, joint.name) not in named | state.wrong and not state.is_hole:
+            is_misspelt = any(
+                limb.joint(name) is None for limb in limbs for each, name in state.wrong if each == limb.name
+            )
+            if (joint.limb, joint.name) not in named | state.wrong and not state.is_hole and not is_misspelt:
                 message = f"state `{state.name}` gives no value to joint `{joint.full}`, which is keyed"
                 findings.report("keyed-without-values", message, state.span)
     for joint in [joint for limb in plan.limbs for joint in limb.joints] if has_curve else ():

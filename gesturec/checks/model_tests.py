@@ -5,6 +5,7 @@ In: the `tests` blocks. Out: JSON for the manifest, with times in s, lengths in 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -23,6 +24,7 @@ from gesturec.language.schema.blocks import ModelTest
 
 WORD = re.compile(r"[A-Za-z_][\w.]*")
 DURATION, RATE = 1.0, 25.0
+SLACK = 1e-9  # s, for what rounding leaves
 # s; later than any test lasts
 OPEN_END = 1e9
 
@@ -45,16 +47,20 @@ def test_of(
     if share is not None and share > 1 and block.within_level is not None:
         message = f"`{block.within_level}` is more than all; a share is written `99 %`"
         environment.findings.report("value-out-of-range", message, block.within_level.span)
+    if share == 0 and block.within_level is not None:
+        message = f"`within_level` of `{block.within_level}` is met by whatever is decoded"
+        environment.findings.report("ignored-key", message, block.within_level.span, "asks for nothing")
     duration = values.positive(block.duration, environment, TIME)
     suspect_time(block.duration, environment, (duration,), LONGEST_WAY)
+    duration, rate = duration or DURATION, rate_of(block.rate, environment)
     refuse_both(block, environment)
     return {
         "name": str(block.name) if block.name is not None else f"test {number}",
         "path": path_of(block, poses, environment),
-        "duration": duration or DURATION,
-        "rate": rate_of(block.rate, environment),
+        "duration": duration,
+        "rate": rate,
         "noise": values.positive(block.noise, environment, LENGTH, zero=True) or 0.0,
-        "hide": hidden(block, body, environment),
+        "hide": hidden(block, body, environment, duration, rate),
         "expect": named(block.expect, gestures, environment),
         "never": named(block.never, gestures, environment),
         "within_level": share,
@@ -91,7 +97,9 @@ def path_of(block: ModelTest, poses: Poses, environment: Environment) -> list[st
         span = node.part(at, at + max(1, len(name)))
         start += len(part) + 2
         if WORD.fullmatch(name) is None:
-            environment.findings.report("bad-pattern", "a path is poses joined by `->`", span, "not a pose")
+            names = [name for name in re.split(r"[^\w.]+", node) if WORD.fullmatch(name)]
+            help = f"write `{' -> '.join(names)}`" if names else None
+            environment.findings.report("bad-pattern", "a path is poses joined by `->`", span, "not a pose", help)
         elif name not in poses.written:
             help = did_you_mean(name, poses.written)
             environment.findings.report("unknown-pose", f"the path names no pose: `{name}`", span, "no such pose", help)
@@ -104,7 +112,9 @@ def path_of(block: ModelTest, poses: Poses, environment: Environment) -> list[st
     return path
 
 
-def hidden(block: ModelTest, body: ResolvedBody, environment: Environment) -> dict[str, list[float]]:
+def hidden(
+    block: ModelTest, body: ResolvedBody, environment: Environment, duration: float, rate: float
+) -> dict[str, list[float]]:
     """Tokens with the times in which they are hidden; an open end is the test's own."""
     tokens = tokens_of(body)
     found: dict[str, list[float]] = {}
@@ -115,10 +125,30 @@ def hidden(block: ModelTest, body: ResolvedBody, environment: Environment) -> di
                 "unknown-token", f"there is no token `{key}` to hide", key.span, "no such token", help
             )
             continue
+        if key in tokens and tokens[key].virtual:
+            message = f"`{key}` is virtual and never measured, hidden or not"
+            environment.findings.report("never-measured", message, key.span)
         limits = values.interval(node, environment, TIME)
-        if limits is not None:
+        if limits is None or node is None:
+            continue
+        warn_of_unseen(node, limits, environment, duration, rate)
+        if limits[1] >= 0:
             found[str(key)] = [max(0.0, limits[0]), min(OPEN_END, limits[1])]
     return found
+
+
+def warn_of_unseen(
+    node: Text, limits: tuple[float, float], environment: Environment, duration: float, rate: float
+) -> None:
+    """Warn of a time in which no frame of the test lies; one of no length is warned of already."""
+    first = math.ceil((max(0.0, limits[0]) - SLACK) * rate) / rate
+    if first <= min(limits[1], duration) + SLACK or limits[0] == limits[1]:
+        return
+    place = "the test lasts" if limits[0] > duration else "a test begins at 0 s, and this one lasts"
+    if limits[1] >= 0 and limits[0] <= duration:
+        place = f"the test has a frame each {1 / rate:.4g} s, and none of them lies in it; it lasts"
+    message = f"nothing is hidden from `{node}`: {place} {duration:.4g} s"
+    environment.findings.report("ignored-key", message, node.span, "hides nothing")
 
 
 def named(node: Text | Sequence | None, known: tuple[str, ...], environment: Environment) -> list[str]:

@@ -56,6 +56,9 @@ def settle(model: Model, settings: Settings[str, object], findings: Findings) ->
     given = {name: given_of(name, key, block, environment) for name, (key, block, environment) in blocks.items()}
     mirror = model.main.block.mirror
     sides = side_names(mirror, findings)
+    for part in model.parts:
+        for name in part.block.refused("parameters"):
+            given.setdefault(name, Given(name, None, part.block.key("parameters"), environments[id(part)]))
     for name, value in settings.items():
         set_value(str(name), value, given, blocks, sides, environments[id(model.main)], findings)
     scale = setting_scale(settings, environments[id(model.main)])

@@ -72,7 +72,7 @@ class BodyScope:
         found = self.leaf_at_top(name)
         if found is not None:
             return found if len(path) == 1 else nothing_in(path, 1)
-        if body.root_is_hole:
+        if body.root_is_hole or name in body.model.main.block.refused("machines"):
             return symbols.Hole()
         known = [*body.limbs, *body.groups, *body.root_tokens, *body.machines]
         known += [*self.names.poses.get(None, ()), *self.names.gestures.get(None, ())]
@@ -82,6 +82,8 @@ class BodyScope:
     def leaf_at_top(self, name: str) -> Symbol | None:
         """A group, root token, pose or gesture."""
         if name in self.body.groups:
+            if not self.body.groups[name] or name in self.body.mixed_groups:
+                return symbols.Hole()  # which is reported
             return symbols.Group(name, tuple(tuple(member.split(".")) for member in self.body.groups[name]))
         if name in self.body.root_tokens:
             return symbols.Token(name)

@@ -7,12 +7,13 @@ what is misspelt is neither missing nor unused.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from typing import Final
 
 from gesturec.checks.body import ResolvedBody
 from gesturec.checks.rotations import Vector, add, cross, scaled, unit
-from gesturec.diagnostics.source import Span
+from gesturec.diagnostics.source import Source, Span
 from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Mapping, Node, Sequence, Text
 from gesturec.language.expressions.parse import (
@@ -90,6 +91,22 @@ def has_error_in(span: Span, findings: Findings) -> bool:
     """Whether an error was found within a place."""
     inside = (finding.span for finding in findings.errors() if finding.span is not None)
     return any(other.source is span.source and span.start <= other.start < span.end for other in inside)
+
+
+class WrongPlaces:
+    """Where errors were found, for many questions."""
+
+    def __init__(self, findings: Findings) -> None:
+        self.starts: dict[Source, list[int]] = {}
+        for finding in findings.errors():
+            if finding.span is not None:
+                self.starts.setdefault(finding.span.source, []).append(finding.span.start)
+
+    def has_in(self, span: Span) -> bool:
+        """Whether an error was found within a place; places of errors rise."""
+        starts = self.starts.get(span.source, [])
+        first = bisect_left(starts, span.start)
+        return first < len(starts) and starts[first] < span.end
 
 
 def is_misspelt(parameter: str, findings: Findings) -> bool:

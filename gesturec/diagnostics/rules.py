@@ -120,7 +120,7 @@ WARNINGS: Final = (
     ("ignored-key", "a key says nothing of what it stands on"),
     ("empty-value", "a mapping or list has nothing in it"),
     ("equal-limits", "an interval's two ends are the same"),
-    ("never-measured", "a binding names a virtual token"),
+    ("never-measured", "a binding or a test names a virtual token"),
     ("few-root-tokens", "the root has fewer than three tokens, or all in one line, so that its frame cannot be fitted"),
     ("no-visible-token", "a machine moves no token that can be measured"),
     ("dead-end", "a state has no way out"),

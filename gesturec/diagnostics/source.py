@@ -7,10 +7,14 @@ shown on its line. Knows nothing of YAML or of the language.
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Final, NamedTuple
+
+# As YAML has them.
+LINE_END: Final = re.compile(r"\r\n?|\n")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +28,7 @@ class Source:
     def line_starts(self) -> tuple[int, ...]:
         """Offset of the first character of every line."""
         starts = [0]
-        starts.extend(i + 1 for i, char in enumerate(self.text) if char == "\n")
+        starts.extend(match.end() for match in LINE_END.finditer(self.text))
         return tuple(starts)
 
     def line_and_column(self, offset: int) -> tuple[int, int]:

@@ -15,7 +15,6 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gesturec.diagnostics.diagnostic import Diagnostic, Related
 from gesturec.expansion.conflict import smallest_conflict
 from gesturec.expansion.environment import Body
 from gesturec.expansion.relations import Relation, forbidden
@@ -32,24 +31,6 @@ class Allowed(NamedTuple):
 
     machines: tuple[int, ...]
     table: Mask
-
-
-def conflict_findings(body: Body, relations: Sequence[Relation]) -> list[Diagnostic]:
-    """One finding, with the smallest set of relations that conflict; none where every machine keeps a state."""
-    blamed = blamed_for(body, relations, {})
-    if blamed is None:
-        return []
-    first, *others = each_once(blamed)
-    return [
-        Diagnostic(
-            "unsatisfiable",
-            f"{names_of(blamed)} {'together leave' if others else 'leaves'} a machine without a state that the others "
-            "allow",
-            first.span,
-            label="" if others else "no combination of states meets this",
-            related=tuple(Related(f"conflicts with `{other.name}`", other.span) for other in others),
-        )
-    ]
 
 
 def each_once(constraints: Iterable[LoweredConstraint]) -> tuple[LoweredConstraint, ...]:

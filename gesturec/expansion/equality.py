@@ -7,17 +7,16 @@ the same joints and the same equal states; that is one thing to know, and is sai
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from gesturec.diagnostics.alike import listed
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.environment import Body
 from gesturec.expansion.graph import equal_states
 from gesturec.expansion.results import MachineResult
 from gesturec.lowering.lowered import LoweredMachine
-
-TOLD: Final = 8  # machines that a finding lists
 
 
 class Twins(NamedTuple):
@@ -53,9 +52,8 @@ def own_joints(body: Body, machine: LoweredMachine) -> tuple[str, ...]:
 
 def finding(told: Twins, machines: list[LoweredMachine]) -> Diagnostic:
     """The warning, at the first of the machines."""
-    names = ", ".join(f"`{machine.name}`" for machine in machines[:TOLD])
-    more = f" and {len(machines) - TOLD:,} more" if len(machines) > TOLD else ""
-    who = f"machine {names} has" if len(machines) == 1 else f"machines {names}{more} each have"
+    names = listed([machine.name for machine in machines])
+    who = f"machine {names} has" if len(machines) == 1 else f"machines {names} each have"
     return Diagnostic(
         "equal-states",
         f"{who} {told.n_twin:,} state{'s' if told.n_twin > 1 else ''} whose tokens stand where another's do, "

@@ -6,7 +6,7 @@ machines (relations, poses, rules) is settled afterwards, from their states.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -14,9 +14,9 @@ import numpy as np
 from gesturec.artifact.artifact import Array, Artifact
 from gesturec.artifact.kinematics import Chain, chain_of
 from gesturec.artifact.programs import Programs
+from gesturec.diagnostics.alike import told_once
 from gesturec.diagnostics.diagnostic import Diagnostic
 from gesturec.expansion.chain import chain_columns, token_machine
-from gesturec.expansion.consistency import conflict_findings
 from gesturec.expansion.empty import empty_poses
 from gesturec.expansion.environment import Body, SetTable
 from gesturec.expansion.equality import equal_findings
@@ -32,6 +32,7 @@ from gesturec.expansion.results import BodyTables, MachineResult
 from gesturec.expansion.states import Floats, MachineStates
 from gesturec.expansion.tokens import templates
 from gesturec.expansion.transitions import expand_transitions
+from gesturec.expansion.unsatisfiable import conflict_findings
 from gesturec.lowering.lowered import LoweredConstraint, LoweredModel, LoweredRule
 
 T = TypeVar("T")
@@ -61,8 +62,15 @@ def expand_model(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Expans
 
 def find_tables(model: LoweredModel, limits: Limits = DEFAULT_LIMITS) -> Found:
     """As `expand_model` without the artifact, of which no finding is made: all that `gesturec check` needs."""
-    tables, findings = _expand(model, limits)
+    tables, found = _expand(model, limits)
+    findings = told_once(found, _names(model))
     return Found(tables, _each_once(findings) if model.bodies else findings)
+
+
+def _names(model: LoweredModel) -> Iterator[str]:
+    """Every limb's and machine's name."""
+    yield from (limb.name for limb in model.limbs)
+    yield from (machine.name for machine in model.machines)
 
 
 def _each_once(findings: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
@@ -88,7 +96,7 @@ def _expand(model: LoweredModel, limits: Limits) -> Found:
     poses = _each(findings, lambda body, pose, _: expand_pose(body, pose), body, model.poses, limits)
     if relations is None or poses is None:
         return Found(None, tuple(findings))
-    conflicts = conflict_findings(body, relations)
+    conflicts = conflict_findings(body, relations, limits)
     if conflicts:
         return Found(None, (*findings, *conflicts))
     findings.extend(_idle(results, relations))

@@ -57,7 +57,7 @@ class Mapping(dict["Text", "Node"]):
     def __init__(self, span: Span) -> None:
         super().__init__()
         self.span = span
-        self.holes: set[str] = set()  # keys whose value was refused: neither missing nor there
+        self.holes: set[str] = set()  # keys whose value was refused: neither missing nor there; a `Text` if written
 
     def key(self, name: str) -> Text | None:
         """The key of this name with its place, or None."""

@@ -42,6 +42,10 @@ class Findings:
         """`add`, from its parts."""
         self.add(Diagnostic(rule, message, span, label, help, related))
 
+    def has(self, rule: str, span: Span) -> bool:
+        """Whether something was found by a rule at a place."""
+        return (rule, span.source.name, span.start, span.end) in self.found
+
     def report_once(self, rule: str, message: str, span: Span | None, help: str | None = None) -> None:
         """`report`, unless the same was said of another place: a limit that everything beyond it runs into."""
         if not any(finding.rule == rule and finding.message == message for finding in self.found.values()):

@@ -15,7 +15,7 @@ from pathlib import Path
 from gesturec.diagnostics.diagnostic import Related
 from gesturec.diagnostics.errors import ModelError
 from gesturec.diagnostics.source import Source, Span
-from gesturec.diagnostics.suggest import did_you_mean
+from gesturec.diagnostics.suggest import did_you_mean, nearest
 from gesturec.language.document import Document, Mapping, Sequence, Text
 from gesturec.language.expressions.units import BASE_UNITS, Units
 from gesturec.language.findings import Findings
@@ -127,7 +127,8 @@ class Loader:
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             place = span or Span(Source(shown, ""), 0, 0)
-            self.findings.report("unreadable-file", f"`{shown}` cannot be read: {reason.lower()}", place)
+            message = f"`{shown}` cannot be read: {reason.lower()}"
+            self.findings.report("unreadable-file", message, place, "", file_like(path, shown))
             return None
         return data
 
@@ -228,6 +229,15 @@ class Loader:
             return None
         data = self.bytes_of(path, node, node.span)
         return None if data is None else self.model(shown_path(path), path, data, (*chain, node))
+
+
+def file_like(path: str, shown: str) -> str | None:
+    """The help for a file that is not there: one beside it of nearly its name."""
+    try:
+        near = nearest(os.path.basename(path), os.listdir(os.path.dirname(path) or "."))
+    except (OSError, ValueError):
+        return None
+    return f"did you mean `{os.path.join(os.path.dirname(shown), near)}`?" if near is not None else None
 
 
 def units_of(block: ModelFile) -> Units:

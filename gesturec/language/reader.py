@@ -28,6 +28,9 @@ LONGEST_RECOVERED = 200_000  # characters
 NULLS = frozenset(("", "~", "null", "Null", "NULL"))
 # What begins as a number does, and is no key of the language or of the author's.
 NUMBER = re.compile(r"[-+.]?[0-9]")
+# A key and its value with no colon and blank between them.
+UNPARTED = re.compile(r"([A-Za-z_][\w-]*)[ :=]+([^ :=].*)")
+STAR = "a text that begins with `*` is put in quotes"
 COMMA = "a text with a comma in `{…}` is put in quotes"
 # The C parser gives the same events and marks 20 times as fast; without it the same in Python.
 PARSER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -167,37 +170,29 @@ class Reader:
                 found = "values nested deeper than YAML is read"
                 self.findings.add(limit_finding("the file", found, "depth", self.limits.depth, place))
                 raise StopReading from None
-            problem, help = self.told(place, str(error.problem or error.context))
-            self.give_up(problem, place, help)
+            from gesturec.language.slips import slip_of  # what no text needs that is YAML
+
+            slip = slip_of(self.text, error, PARSER)
+            if slip is None:
+                self.give_up(str(error.problem or error.context), place)
+            else:
+                self.give_up(slip.problem, self.within(slip.start, slip.end), slip.help)
         except yaml.reader.ReaderError as error:
-            self.give_up(str(error.reason), self.at(error.position))
+            is_wide = "\0" in self.source.text[:4]  # a letter in two bytes or more
+            help = "save the file as UTF-8" if is_wide else "remove the character"
+            self.give_up(str(error.reason), self.at(error.position), help)
         except (yaml.YAMLError, ValueError, RecursionError) as error:
             self.give_up(str(error).splitlines()[0], self.at(0))
-
-    def told(self, place: Span, problem: str) -> tuple[str, str | None]:
-        """What is wrong in an author's words, and what to write, for tabs and for lines that do not line up."""
-        before = self.source.line_text(place.line)[: place.column - 1]
-        if place.text == "\t" and not before.strip():
-            return "a tab cannot indent", "indent with spaces"
-        if not before.strip() and (column := self.column_above(place)) not in (None, place.column):
-            what = "list item" if place.text == "-" else "key"
-            return problem, f"the {what} above it begins in column {column}, this in {place.column}: line them up"
-        return problem, None
-
-    def column_above(self, place: Span) -> int | None:
-        """The column of the nearest item, or key, in the lines above; of the same kind as what stands at a place."""
-        for number in range(place.line - 1, 0, -1):
-            line = self.source.line_text(number)
-            bare = line.lstrip(" ")
-            if bare and bare[0] != "#" and bare.startswith("- ") == (place.text == "-"):
-                return len(line) - len(bare) + 1
-        return None
 
     def at(self, index: int) -> Span:
         """The place of one character, moved back from the end of the text to its last line."""
         last = max(0, len(self.source.text.rstrip()) - 1)
         start = min(index, last)
         return Span(self.source, start, start + 1)
+
+    def within(self, start: int, end: int) -> Span:
+        """The place from one character to another; moved back where the text has ended."""
+        return Span(self.source, start, end) if start < len(self.source.text) else self.at(start)
 
     def give_up(self, problem: str, span: Span, help: str | None = None) -> None:
         """End the reading of a text that is not YAML."""
@@ -286,18 +281,31 @@ class Reader:
                 items.append(node)
         return Sequence(items, Span(self.source, start.start_mark.index, self.end(start, event, items))), height
 
-    def mapping(self, start: Any, depth: int) -> tuple[Mapping, int]:
+    def mapping(self, start: Any, depth: int) -> tuple[Node, int]:
         mapping = Mapping(self.span(start))
         height = 0
-        last: list[Node] = []
+        pairs: list[tuple[Node, Node]] = []
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             key = self.node(event, depth + 1)
-            value = self.node(next(self.events), depth + 1)
+            pairs.append((key, self.node(next(self.events), depth + 1)))
             height = max(height, self.height + 1)
-            last = [value]
+        span = Span(self.source, start.start_mark.index, self.end(start, event, [value for _, value in pairs[-1:]]))
+        if start.flow_style and (items := self.as_list(pairs, span)) is not None:
+            return items, height
+        for key, value in pairs:
             self.put(mapping, key, value, bool(start.flow_style))
-        mapping.span = Span(self.source, start.start_mark.index, self.end(start, event, last))
+        mapping.span = span
         return mapping, height
+
+    def as_list(self, pairs: list[tuple[Node, Node]], span: Span) -> Sequence | None:
+        """What stands in `{…}` without a colon is a list with the brackets of a mapping; reported, and read as one."""
+        keys = [key for key, value in pairs if is_null(value) and isinstance(key, Text)]
+        if len(keys) < 2 or len(keys) < len(pairs) or any(UNPARTED.match(key) for key in keys):
+            return None
+        help = f"a list is written in square brackets: `[{', '.join(keys)}]`"
+        message = "a mapping in `{…}` has keys with values, and here are no values"
+        self.findings.add(Diagnostic("null-value", message, span, "no values", help))
+        return Sequence(list[Node](keys), span)
 
     def put(self, mapping: Mapping, key: Node, value: Node, is_flow: bool) -> None:
         """Take a pair into a mapping, unless it is one that the language refuses."""
@@ -317,6 +325,9 @@ class Reader:
             )
         elif (first := mapping.key(key)) is not None or key in mapping.holes:
             related = (Related("first here", first.span),) if first is not None else ()
+            before = mapping.get(key)
+            if isinstance(before, Mapping) and isinstance(value, Mapping):
+                before.holes.update(name for name in (*value, *value.holes) if name not in before)
             self.findings.add(
                 Diagnostic(
                     "duplicate-key",
@@ -329,9 +340,10 @@ class Reader:
         elif is_null(key):
             self.findings.add(Diagnostic("null-value", "a key is empty", shown(key.span)))
         elif is_null(value):
-            help = COMMA if is_flow else None
+            word = UNPARTED.match(key)
+            help = f"write `{word[1]}: {word[2]}`; {COMMA}" if word else COMMA if is_flow else None
             self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
-            mapping.holes.add(str(key))
+            mapping.holes.update((key, word[1]) if word else (key,))
         else:
             mapping[key] = value
 
@@ -352,7 +364,7 @@ class Reader:
         )
         self.findings.add(Diagnostic("null-value", f"the key `{key}` has no value", key.span, "no value", help))
         del mapping[last]
-        mapping.holes.add(str(last))
+        mapping.holes.add(last)
         self.run = mapping
         return True
 
@@ -371,7 +383,7 @@ class Reader:
         span = self.span(event)
         anchor = self.anchors.get(event.anchor)
         if anchor is None:
-            self.stop("bad-yaml", f"there is no anchor `&{event.anchor}` before this alias", span)
+            self.stop("bad-yaml", f"there is no anchor `&{event.anchor}` before this alias", span, STAR)
         assert anchor is not None
         if anchor.node is None:
             self.stop("bad-yaml", f"the alias `*{event.anchor}` stands inside what it names", span)

@@ -26,7 +26,7 @@ class Section(NamedTuple):
 def sections_of(text: str) -> list[Section]:
     """The sections of a file; what stands before the first key is none's."""
     found = list(KEY.finditer(text))
-    ends = [*(key.start() for key in found[1:]), len(text)]
+    ends = [*(key.start() for key in found), len(text)][1:]
     return [Section(key[1], key.start(), end) for key, end in zip(found, ends, strict=True)]
 
 

@@ -1,9 +1,9 @@
 """Every rule has a page, and every page's examples do what it says.
 
 A block of YAML replaces the sections of the corpus's `base.yaml` that it has itself (new limbs stand beside the
-base's), or stands alone where it begins with `gesturec:`; `# --- NAME` begins another file. `# error: [rule]` marks the
-line that must be reported; a block without a mark must be without a finding of the page's rule, and without error.
-What stands behind ```yaml are settings.
+base's), or stands alone where it begins with `gesturec:`; `# --- NAME` begins another file. `# error: [rule]`, or
+`# warning: [rule]`, marks the line that must be reported; a block without a mark must be without a finding of the
+page's rule, and without error. What stands behind ```yaml are settings.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from gesturec.diagnostics.rules import RULES, page, severity
 from tests.checks.test_wrong_models import FOLDER, over_base, sections
 
 FENCE = re.compile(r"(?ms)^```yaml *(.*?)\n(.*?)^```$")
-MARK = re.compile(r" *# error: \[([a-z-]+)\]$")
+MARK = re.compile(r" *# (?:error|warning): \[([a-z-]+)\]$")
+SAID = re.compile(r"# ?(\w+): \[([a-z-]+)\]")
 # What no text of a model can show.
 WITHOUT_EXAMPLE = {"bad-encoding", "other-model"}
 # Settings stand in no file.
@@ -100,8 +101,14 @@ def test_every_rule_has_a_page_with_a_wrong_and_a_right_example(rule: str) -> No
     if rule in WITHOUT_EXAMPLE:
         return
     wrong, *right = blocks_of(rule)
-    assert rule in WITHOUT_LINE or f"# error: [{rule}]" in wrong.text
-    assert right and all("# error" not in block.text for block in right)
+    assert rule in WITHOUT_LINE or f"# {severity(rule)}: [{rule}]" in wrong.text
+    assert right and all(SAID.search(block.text) is None for block in right)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_page_calls_every_finding_what_it_is(rule: str) -> None:
+    said = SAID.findall(page(rule))
+    assert said == [(severity(other), other) for _, other in said]
 
 
 def test_no_page_is_of_no_rule() -> None:

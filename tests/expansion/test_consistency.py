@@ -168,4 +168,4 @@ def test_three_machines_without_a_joint_state_conflict() -> None:
 """
     _, found = compile_stages(Source("walker.yaml", HEAD.replace("[0, 30, 60]", "[0, 30]") + more))
     (finding,) = [finding for finding in found if finding.rule == "unsatisfiable"]
-    assert "`one` and `two` and `three` together leave" in finding.message
+    assert "`one`, `two` and `three` conflict" in finding.message

@@ -7,7 +7,9 @@ import tracemalloc
 
 import pytest
 
+from gesturec.compile import findings_of
 from gesturec.diagnostics.diagnostic import Diagnostic
+from gesturec.diagnostics.source import Source
 from gesturec.language.document import Document
 from gesturec.language.findings import Findings
 from gesturec.language.limits import Limits
@@ -91,8 +93,8 @@ def test_aliases_within_limits_are_copies() -> None:
         (b"\xff\xfea", "bad-encoding", (1, 1)),
         (b"a: b\nc: \xe9\n", "bad-encoding", (2, 4)),
         ("a: b".encode("utf-16"), "bad-encoding", (1, 1)),
-        (b"a: [1,\nb: 2", "bad-yaml", (2, 4)),
-        (b"a: 'b", "bad-yaml", (1, 5)),
+        (b"a: [1,\nb: 2", "bad-yaml", (1, 4)),
+        (b"a: 'b", "bad-yaml", (1, 4)),
         (b"a: \x00", "bad-yaml", (1, 4)),
         (b"", "wrong-kind", (1, 1)),
         (b"# nothing\n", "wrong-kind", (1, 1)),
@@ -120,3 +122,16 @@ def test_a_byte_order_mark_is_dropped() -> None:
     document, findings = read(b"\xef\xbb\xbfa: b\n")
     assert findings == () and document is not None
     assert dict(document.root) == {"a": "b"}
+
+
+@pytest.mark.parametrize("end", ["\r\n", "\r"])
+def test_lines_end_as_other_systems_end_them(end: str) -> None:
+    source = Source("m.yaml", end.join(("gesturec: 1", "name: a", "nmae: b", "")))
+    (line,) = {f.span.line for f in findings_of(source) if f.rule == "unknown-key" and f.span is not None}
+    assert line == 3 and source.line_text(3) == "nmae: b"
+
+
+@pytest.mark.parametrize("sign", ['"', "'", "[", "{", "a ", "\u00a0"])
+def test_a_long_broken_text_is_told_in_time(sign: str) -> None:
+    text = "gesturec: 1\nname: a\nx-a: [" + sign * 30_000 + "\n: ]\n"
+    assert findings_of(Source("m.yaml", text))

@@ -42,17 +42,17 @@ BRACKET = ("up: {arm: {p: 60}}", "up: {arm: {p: 60}")
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ([BRACKET], [("bad-yaml", 9)]),
-        ([BRACKET, ("length:", "lenght:")], [("unknown-key", 3), ("bad-yaml", 9)]),
-        ([BRACKET, ("axis: z", "axs: z")], [("unknown-key", 6), ("bad-yaml", 9)]),
-        ([BRACKET, ("30, 60", "30, 60 dge")], [("unknown-unit", 6), ("bad-yaml", 9)]),
-        ([BRACKET, ("within 3 s", "wthin 3 s")], [("bad-yaml", 9), ("bad-pattern", 11)]),
-        ([BRACKET, ("name: arm", "name: arm\nname: arm")], [("duplicate-key", 3), ("bad-yaml", 10)]),
-        ([BRACKET, ("units: {length", "units: {{length")], [("bad-yaml", 4), ("bad-yaml", 9)]),
-        ([("name: arm", 'name: "arm'), ("length:", "lenght:")], [("unknown-key", 3), ("bad-yaml", 11)]),
+        ([BRACKET], [("bad-yaml", 8)]),
+        ([BRACKET, ("length:", "lenght:")], [("unknown-key", 3), ("bad-yaml", 8)]),
+        ([BRACKET, ("axis: z", "axs: z")], [("unknown-key", 6), ("bad-yaml", 8)]),
+        ([BRACKET, ("30, 60", "30, 60 dge")], [("unknown-unit", 6), ("bad-yaml", 8)]),
+        ([BRACKET, ("within 3 s", "wthin 3 s")], [("bad-yaml", 8), ("bad-pattern", 11)]),
+        ([BRACKET, ("name: arm", "name: arm\nname: arm")], [("duplicate-key", 3), ("bad-yaml", 9)]),
+        ([BRACKET, ("units: {length", "units: {{length")], [("bad-yaml", 3), ("bad-yaml", 8)]),
+        ([("name: arm", 'name: "arm'), ("length:", "lenght:")], [("bad-yaml", 2), ("unknown-key", 3)]),
         # What the broken section may have said is not asked about.
-        ([BRACKET, ("name: arm\n", "")], [("bad-yaml", 8)]),
-        ([BRACKET, ("down -> up", "dwn -> up")], [("bad-yaml", 9)]),
+        ([BRACKET, ("name: arm\n", "")], [("bad-yaml", 7)]),
+        ([BRACKET, ("down -> up", "dwn -> up")], [("bad-yaml", 8)]),
         ([("limbs:\n  arm:", "limbs:\n\tarm:"), ("p: 60", "q: 60")], [("bad-yaml", 6)]),
     ],
 )

@@ -16,6 +16,7 @@ from gesturec.diagnostics.suggest import nearest
 from gesturec.language.document import Text
 from gesturec.language.expressions import tree
 from gesturec.language.expressions.place import Place, place_of
+from gesturec.language.schema.leaf import strange
 
 if TYPE_CHECKING:
     from gesturec.language.expressions.lalr import Token
@@ -36,27 +37,94 @@ NUMBER_ALONE: Final = re.compile(r"(-?)((?:0|[1-9][0-9]{0,14})(?:\.[0-9]{1,15})?
 KEYWORDS: Final = frozenset(("if", "else", "or", "and", "not", "for", "in", "within", "true", "false"))
 # Words that stand between others, in expressions and in patterns: what a name there may be a slip of.
 WORDS_BETWEEN: Final = (("and", "or", "if", "else", "for", "in"), ("for", "within"))
-# What other languages write.
+CHOICE: Final = "x if test else y"
+# What other languages and keyboards write.
+MEANT_SIGNS: Final = {
+    "\N{MINUS SIGN}": "-",
+    "\N{EN DASH}": "-",
+    "\N{MULTIPLICATION SIGN}": "*",
+    "\N{DIVISION SIGN}": "/",
+    "\N{LESS-THAN OR EQUAL TO}": "<=",
+    "\N{GREATER-THAN OR EQUAL TO}": ">=",
+    "\N{NOT EQUAL TO}": "!=",
+    "\N{HORIZONTAL ELLIPSIS}": "..",
+    "...": "..",
+}
 MEANT: Final = {
+    **MEANT_SIGNS,
     "=": "==",
-    "=>": ">=",
+    "= =": "==",
+    "===": "==",
+    ":=": "==",
     "is": "==",
+    "equals": "==",
+    "=>": ">=",
+    "> =": ">=",
+    "=<": "<=",
+    "< =": "<=",
+    "!==": "!=",
+    "! =": "!=",
+    "=!": "!=",
+    "<>": "!=",
+    "< >": "!=",
+    "is not": "!=",
+    "xor": "!=",
     "&&": "and",
     "||": "or",
     "!": "not",
+    "~": "not",
     "^": "**",
+    "//": "/",
     "&": "and",
     "|": "or",
     "{": "(",
     "}": ")",
+    "?": CHOICE,
+    "if": CHOICE,
+    "of": "in",
+}
+MEANT_IN_INTERVAL: Final = {
+    **MEANT_SIGNS,
+    "\N{PLUS-MINUS SIGN}": "+-",
+    "+/-": "+-",
 }
 # In an arc.
 MEANT_IN_ARC: Final = {"=>": "->", "<=>": "<->", "-->": "->", "- >": "->", "--": "<->"}
 # In a pattern.
-MEANT_IN_PATTERN: Final = {"=>": "->", "- >": "->", "&&": "&", "||": "|", "!": "not", "and": "&", "or": "|"}
-MEANT_IN: Final = {"pattern": MEANT_IN_PATTERN, "arc": MEANT_IN_ARC}
-COMPARISONS: Final = frozenset(("<", "<=", "=", "==", "!=", ">=", ">"))
-WRONG_WORD: Final = re.compile(r"<=>|=>|-->|--|-\s+>|&&|\|\||\w+|.", re.DOTALL)
+MEANT_IN_PATTERN: Final = {
+    "=>": "->",
+    "- >": "->",
+    "-->": "->",
+    "<-": "->",
+    "<->": "->",
+    "\N{RIGHTWARDS ARROW}": "->",
+    "then": "->",
+    "in": "within",
+    "&&": "&",
+    "||": "|",
+    "!": "not",
+    "~": "not",
+    "+": "{1..}",
+    "and": "&",
+    "or": "|",
+}
+MEANT_IN: Final = {
+    "pattern": MEANT_IN_PATTERN,
+    "arc": MEANT_IN_ARC,
+    "interval": MEANT_IN_INTERVAL,
+    "wanted": MEANT_IN_INTERVAL,
+}
+COMPARISONS: Final = frozenset(("<", "<=", "=", "=<", "==", "!=", ">=", ">"))
+# What is read as one sign where it stands: signs of this language and of others, the longer first, else a word.
+SIGNS: Final = re.compile(
+    r"<=>|<->|===|!==|\.\.\.|\+/-|-->|->>?|<-|--|-\s+>|&&|\|\||//|\*\*|=<|=>|=!|<>|:=|[=!<>]=|=\s+=|[<>!]\s+=|<\s+>"
+    r"|is\s+not\b|\.\.|\+-|\w+|\S"
+)
+QUOTES: Final = "'\"\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}\N{LEFT SINGLE QUOTATION MARK}"
+QUANTITY: Final = r"[0-9]+(?:\.[0-9]+)?(?: ?(?!to\b)[a-z%]+(?:/[a-z]+)?)?"
+LONGEST_ENDS: Final = 60
+TWO_ENDS: Final = re.compile(rf"\W*?(-?{QUANTITY})\s*(?:\W+|to)\s*({QUANTITY})\W*")
+ONE_END: Final = re.compile(rf"([<>])=?\s*(-?{QUANTITY})")
 
 DECIMAL_COMMA: Final = re.compile(r"(?<=[0-9]),(?=[0-9])")
 
@@ -146,14 +214,33 @@ def _too_large(place: Place, start: str) -> Diagnostic | None:
 def _odd_character(place: Place, start: str, at: int) -> Diagnostic:
     """A finding for a character that no token begins with here."""
     rule, what = WHAT[start]
-    found = WRONG_WORD.match(place.text, at)
-    word = found[0] if found else place.text[at : at + 1]
-    span, help = place.part(at, at + len(word)), _meant(word, start)
-    if word in ("'", '"'):
+    word, at = _sign_at(place.text, at)
+    span, help = place.part(at, at + len(word)), _meant(word, start) or _ends(place.text, start)
+    if help is None and word not in QUOTES and not word.isascii():
+        help = strange(word)
+    if word in QUOTES:
         help = "names and units stand without quotes"
     elif word in KEYWORDS:
         return Diagnostic(rule, f"`{word}` is a word of the language and stands where it cannot", span, help=help)
     return Diagnostic(rule, f"`{word}` does not belong in {what}", span, help=help)
+
+
+def _sign_at(text: str, at: int) -> tuple[str, int]:
+    """The sign or word that a character is of, and where it begins: `=<` at its `<` too."""
+    found = next((sign for sign in SIGNS.finditer(text) if sign.start() <= at < sign.end()), None)
+    return (found[0], found.start()) if found is not None else (text[at : at + 1], at)
+
+
+def _ends(text: str, start: str) -> str | None:
+    """The help for an interval in another notation: `0 to 90`, `[0, 90]`, `< 90`."""
+    if start not in ("interval", "wanted") or len(text) > LONGEST_ENDS:
+        return None
+    if start == "interval" and (two := TWO_ENDS.fullmatch(text)) is not None:
+        return f"write `{two[1]} .. {two[2]}`"
+    one = ONE_END.fullmatch(text)
+    if one is None:
+        return None
+    return f"write `.. {one[2]}`" if one[1] == "<" else f"write `{one[2]} ..`"
 
 
 def _meant(word: str, start: str) -> str | None:
@@ -178,10 +265,9 @@ def _odd_token(place: Place, start: str, token: Token, expected: set[str]) -> Di
     if token.type == "$END":
         return _early_end(place, rule, what, wanted, expected)
     word, at = str(token), token.start_pos
-    found = WRONG_WORD.match(place.text, at)
-    if start == "pattern" and found is not None and _meant(found[0], start) is not None:
-        word = found[0]
-    help = _meant(word, start) if start in ("expr", "pattern") else None
+    sign, begins = _sign_at(place.text, at)
+    if (help := _meant(sign, start) or _ends(place.text, start)) is not None:
+        word, at = sign, begins
     if word == "," and DECIMAL_COMMA.match(place.text, at):
         help = f"a decimal point is a point: `{DECIMAL_COMMA.sub('.', place.text)}`"
     if word == "+-" and start != "wanted":
@@ -190,8 +276,10 @@ def _odd_token(place: Place, start: str, token: Token, expected: set[str]) -> Di
         wanted = "an operator before it"
     if help is None and (before := _word_in_capitals(place.text[:at])) is not None:
         help = f"words of the language are written small: `{before}`"
+    if help is None and token.type == "NUMBER" and wanted == "an operator before it":
+        help = "values of a list have commas between them" if start == "expr" else None
     near = None if help else nearest(word, WORDS_BETWEEN[start == "pattern"]) if word.isidentifier() else None
-    if near is not None:
+    if near is not None and near != word:
         help = f"did you mean `{near}`?"
     return Diagnostic(
         rule, f"`{word}` is not expected here in {what}", place.part(at, at + len(word)), f"{wanted} is expected", help
@@ -200,8 +288,9 @@ def _odd_token(place: Place, start: str, token: Token, expected: set[str]) -> Di
 
 def _word_in_capitals(before: str) -> str | None:
     """The keyword that a text ends with in capitals, written small."""
-    found = re.search(r"([A-Z]+)\s*\Z", before)
-    return found[1].lower() if found is not None and found[1].lower() in KEYWORDS else None
+    found = re.search(r"([A-Za-z]+)\s*\Z", before)
+    is_keyword = found is not None and found[1].lower() in KEYWORDS and not found[1].islower()
+    return found[1].lower() if found is not None and is_keyword else None
 
 
 def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[str]) -> Diagnostic:
@@ -215,7 +304,10 @@ def _early_end(place: Place, rule: str, what: str, wanted: str, expected: set[st
         wanted = "`)`" if "RPAR" in expected else "`]`"
     elif expected == {"RANGE"} or ("RANGE" in expected and rule == "bad-interval"):
         wanted = "`..`"
-    return Diagnostic(rule, f"{what} ends too early here", span, f"{wanted} is expected after this", related=related)
+    help = _ends(place.text, "interval" if rule == "bad-interval" else "")
+    if help is None and rule == "bad-interval" and re.fullmatch(QUANTITY, place.text) is not None:
+        help = f"write `{place.text} ..`, `.. {place.text}` or both ends"
+    return Diagnostic(rule, f"{what} ends too early here", span, f"{wanted} is expected after this", help, related)
 
 
 def _open_bracket(place: Place) -> Span | None:

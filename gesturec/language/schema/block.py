@@ -31,6 +31,7 @@ class Block:
     one_of: ClassVar[tuple[str, ...]] = ()  # exactly one of these keys
     open_keys: ClassVar[bool] = False  # whether further keys are the author's arguments
     meant: ClassVar[dict[str, str]] = {}  # what another block calls a key of this one
+    instead: ClassVar[dict[str, str]] = {}  # what to write for a key that this block has not
     short: ClassVar[str | None] = None  # the key that a value which is no mapping stands for
 
     fields: ClassVar[dict[str, Form]] = {}  # by attribute, in the order of declaration
@@ -84,6 +85,12 @@ class Block:
         """Whether one of these keys was written with a value that the reader refused."""
         return any(name in self._mapping.holes for name in names)
 
+    def refused(self, key: str) -> set[str]:
+        """The author's names in the mapping at a key whose values were refused: there is more than was read."""
+        node = self._mapping.get(key)  # type: ignore[call-overload]
+        written = {*node, *node.holes} if isinstance(node, Mapping) else set()
+        return {str(name) for name in written if not name.startswith("x-")} - set(getattr(self, key))
+
     @classmethod
     def what(cls) -> str:
         """What this block is called in messages."""
@@ -130,7 +137,7 @@ class Block:
             if cls.open_keys and near not in (*cls.required, *cls.one_of):
                 further[key] = value
                 continue
-            report_unknown_key(cls.what(), key, [near] if near else known, findings, near)
+            report_unknown_key(cls.what(), key, [near] if near else known, findings, near, cls.instead.get(key))
             if near is None:
                 further[key] = value
             else:
@@ -171,10 +178,15 @@ def head_of(mapping: Mapping) -> Span:
 
 
 def report_unknown_key(
-    what: str, key: Text, known: Iterable[str], findings: Findings, meant: str | None = None
+    what: str,
+    key: Text,
+    known: Iterable[str],
+    findings: Findings,
+    meant: str | None = None,
+    instead: str | None = None,
 ) -> None:
     """Report a key that is not of the language here."""
-    help = did_you_mean(key, known) if meant is None else f"did you mean `{meant}`?"
+    help = instead or (did_you_mean(key, known) if meant is None else f"did you mean `{meant}`?")
     findings.report("unknown-key", f"{a(what)} has no key `{key}`", key.span, "unknown key", help)
 
 
@@ -232,7 +244,10 @@ class Names(NamedTuple):
             return {}
         kept = [key for key in node if not key.startswith("x-") and self.is_key(key, findings)]
         values = {key: self.item.read(node[key], findings) for key in kept}
-        return {key: value for key, value in values.items() if self.holes or value is not None}
+        if self.holes:
+            empty = (key for key in node.holes if isinstance(key, Text) and self.is_key(key, findings))
+            return {**dict.fromkeys(empty), **values}
+        return {key: value for key, value in values.items() if value is not None}
 
 
 class Items(NamedTuple):

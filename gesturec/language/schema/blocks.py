@@ -198,6 +198,7 @@ class Constraint(Block):
     """A constraint on states."""
 
     required = ("name",)
+    instead: ClassVar[dict[str, str]] = {"forbid": "write `require: not (…)`; `forbid` is a rule's, about one step"}
     name: leaves.Name = None
     """What reports call it."""
     require: leaves.Expression = None
@@ -328,7 +329,7 @@ class ModelTest(Block):
     required = ("path",)
     name: leaves.Words = None
     """What it is called in reports."""
-    path: leaves.Words = None
+    path: leaves.Way = None
     """Poses joined by `->`."""
     duration: leaves.Number = None
     """How long the path takes (1 s)."""
@@ -338,9 +339,9 @@ class ModelTest(Block):
     """Standard deviation of the points (0)."""
     hide: ByPath[leaves.Interval] = NO_NAMES
     """Tokens with the times in which they are not seen."""
-    expect: leaves.Names = None
+    expect: leaves.Members = None
     """Gestures that must come out."""
-    never: leaves.Names = None
+    never: leaves.Members = None
     """Gestures that must not."""
     within_level: leaves.Number = None
     """Share of decided states that must be within one level of the truth."""

@@ -23,6 +23,8 @@ Test = Callable[[Any, Findings], bool]
 PASSED: Final = re.compile(r"\$[A-Za-z_][A-Za-z0-9_]*\Z")
 NAME: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 PATH: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*\Z")
+# What stands in place of a comma on other keyboards.
+STRANGE_COMMAS: Final = ";\N{FULLWIDTH COMMA}\N{IDEOGRAPHIC COMMA}"
 # What is written as a text, and may begin as a list or mapping of YAML does.
 QUOTED: Final = frozenset(("an expression", "a gesture pattern"))
 RESERVED: Final = frozenset(
@@ -47,8 +49,24 @@ def wrong_kind(node: Any, wanted: str, findings: Findings) -> None:
     message = f"{wanted} is wanted here, and this is {kind_of(node)}"
     begins = node.span.text[:1]
     is_text = wanted in QUOTED and not isinstance(node, Text) and begins in ("[", "{")
-    help = f"a text that begins with `{begins}` is put in quotes" if is_text else None
+    help = f"a text that begins with `{begins}` is put in quotes" if is_text else bracketed(node, wanted)
     findings.report("wrong-kind", message, first_line(node), f"not {wanted}", help)
+
+
+def bracketed(node: Any, wanted: str) -> str | None:
+    """What to write for a list without its brackets, or a mapping with those of a list."""
+    if isinstance(node, Sequence) and wanted.startswith("a mapping") and node.span.text.startswith("["):
+        is_pairs = len(node) > 0 and all(isinstance(item, Mapping) for item in node)
+        return "a mapping is written in curly brackets: `{key: value, …}`" if is_pairs else None
+    if isinstance(node, Sequence) and wanted == "poses joined by `->`":
+        return f"write `{' -> '.join(map(str, node))}`" if every_path([str(item) for item in node]) else None
+    if not isinstance(node, Text) or not wanted.startswith(("a list", "a vector")):
+        return None
+    if wanted.startswith("a list of") and PATH.match(node):
+        return f"write `[{node}]`"
+    if "," not in node:
+        return None
+    return f"a list is written in square brackets: `[{node.strip('[](){}')}]`" if len(node) <= 40 else None
 
 
 def first_line(node: Any) -> Any:
@@ -115,7 +133,7 @@ def is_name(node: Any, findings: Findings) -> bool:
         wrong_kind(node, "a name", findings)
     elif NAME.match(node) is None:
         rule = "a name has letters, digits and `_`, and begins with no digit"
-        findings.report("bad-name", f"`{node}` is not a name: {rule}", node.span, "not a name")
+        findings.report("bad-name", f"`{node}` is not a name: {rule}", node.span, "not a name", helped(node))
     elif node in RESERVED:
         findings.report(
             "reserved-name", f"`{node}` is a word of the language and names nothing of the author's", node.span
@@ -125,12 +143,39 @@ def is_name(node: Any, findings: Findings) -> bool:
     return False
 
 
+def helped(node: Text) -> str | None:
+    """What to write for a text that is nearly a name."""
+    if "#" in node and NAME.match(node.partition("#")[0]):
+        return "a comment begins with a blank and `#`"
+    bare = node.strip("“”„‘’«»")
+    if bare != node and PATH.match(bare):
+        return f"write `{bare}`"
+    if not node.isascii():
+        return strange(node)
+    parts = node.split()
+    return f"names in a list have commas between them: `{', '.join(parts)}`" if every_path(parts) else None
+
+
+def strange(text: str) -> str:
+    """What the first letter of a text is that is of another script, however it looks."""
+    import unicodedata
+
+    char = next(char for char in text if not char.isascii())
+    return f"`{char}` is {unicodedata.name(char, 'no letter').lower()}, U+{ord(char):04X}"
+
+
+def every_path(parts: list[str]) -> bool:
+    """Whether these are two names or more."""
+    return len(parts) > 1 and all(PATH.match(part) for part in parts)
+
+
 def is_path(node: Any, findings: Findings) -> bool:
     """A name, or names joined by dots."""
     if isinstance(node, Text) and PATH.match(node) is not None:
         return True
     if isinstance(node, Text):
-        findings.report("bad-name", f"`{node}` is not a name, or names joined by dots", node.span, "not a name")
+        message = f"`{node}` is not a name, or names joined by dots"
+        findings.report("bad-name", message, node.span, "not a name", helped(node))
     else:
         wrong_kind(node, "a name", findings)
     return False
@@ -151,9 +196,10 @@ def is_vector(node: Any, findings: Findings) -> bool:
     if not texts_in(node, "a vector `[x, y, z]`", findings):
         return False
     if len(node) != 3:
-        findings.report(
-            "wrong-kind", f"a vector has three numbers, and this has {len(node)}", node.span, "not `[x, y, z]`"
-        )
+        parts = [part.rstrip(STRANGE_COMMAS) for item in node for part in item.split()]
+        help = f"a comma is missing: `[{', '.join(parts)}]`" if len(parts) == 3 else None
+        message = f"a vector has three numbers, and this has {len(node)}"
+        findings.report("wrong-kind", message, node.span, "not `[x, y, z]`", help)
     return len(node) == 3
 
 

@@ -71,6 +71,9 @@ BOUND_JSON: Final = any_of(NAMES_JSON, map_of(THEIRS_JSON, PATH_JSON))
 COLOR_JSON: Final = any_of({"type": "string"}, list_of(NUMBER_JSON, minItems=3, maxItems=3))
 
 Words: TypeAlias = Annotated[Text | None, Leaf("a text", form.text_of("a text"), {"type": "string"}, passes=False)]
+Way: TypeAlias = Annotated[
+    Text | None, Leaf("poses joined by `->`", form.text_of("poses joined by `->`"), {"type": "string"}, passes=False)
+]
 Number: TypeAlias = Annotated[Text | None, Leaf("a number", form.text_of("a number"), NUMBER_JSON)]
 Vector: TypeAlias = Annotated[Text | Sequence | None, Leaf("a vector", form.is_vector, VECTOR_JSON)]
 Axis: TypeAlias = Annotated[Text | Sequence | None, Leaf("an axis", form.is_vector, VECTOR_JSON)]
