@@ -52,7 +52,7 @@ WAYS: Final[dict[str, dict[str, Any]]] = {
 LEGEND: Final = {
     "paper": "nearest allowed successor of the last state, the paper's literal rule",
     "growing": "the same, with an allowed set that grows while a finger is unseen",
-    "lag 2": "posterior over the cells of the states, decided two frames late",
+    "lag 2": "posterior over the cells of the states, leaning softly on whole-hand poses, decided two frames late",
     "offline": "the same, with all frames of the take",
 }
 NEAR_M: Final = 0.41  # the straight index finger (81.8 mm) is then some 200 px long
