@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 ROOT = Path(__file__).parent.parent
+
+# How long an example takes says how busy the machine is, nothing of the code.
+settings.register_profile("gesturec", deadline=None, suppress_health_check=[HealthCheck.too_slow], print_blob=True)
+settings.load_profile("gesturec")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
