@@ -14,6 +14,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import gesturec
+from gesturec.artifact.artifact import Artifact
+from gesturec.compile import compile_stages
+from gesturec.diagnostics.source import Source
 from gesturec.runtime.decoders import make_decoders, make_postures
 from gesturec.runtime.options import Options
 from gesturec.runtime.posture_filter import PostureFilter
@@ -24,6 +27,20 @@ from gesturec.simulate.simulation import SimulateOptions, simulate
 Array = NDArray[np.float64]
 NOISE = 0.001
 HALF_PI = np.pi / 2
+ARMS = """gesturec: 1
+name: body
+units: {{length: mm, angle: deg}}
+root: {{name: base, tokens: {{a: [0, 0, 0], b: [100, 0, 0], c: [0, 100, 0]}}}}
+templates:
+  arm:
+    chain:
+      - {{joint: p, {joint}}}
+      - {{token: tip, at: [80, 0, 0]}}
+limbs: {{one: {{template: arm}}, two: {{template: arm}}}}
+poses:
+  low: {{one: {{p: {low}}}, two: {{p: {low}}}}}
+  high: {{one: {{p: {high}}}, two: {{p: {high}}}}}
+"""
 
 
 @cache
@@ -51,6 +68,18 @@ def sights(seed: int) -> list[Sight | None]:
         likelihood = None if machine == seed % 5 else random.gamma(0.2, size=len(limb.volume)).astype(np.float32)
         found.append(Sight(0.04, None, likelihood))
     return found
+
+
+def arms(joint: str, low: str, high: str) -> Artifact:
+    """Two arms of one joint, and two poses of both."""
+    artifact, findings = compile_stages(Source("body.yaml", ARMS.format(joint=joint, low=low, high=high)))
+    assert artifact is not None, findings
+    return artifact
+
+
+def prior_of(artifact: Artifact) -> PostureFilter | None:
+    session, options = Session(artifact), Options()
+    return make_postures(session.body, make_decoders(session.body, options, NOISE), options)
 
 
 @cache
@@ -190,6 +219,19 @@ def test_a_model_without_whole_body_poses_has_no_prior(tmp_path: Path) -> None:
     np.testing.assert_array_equal(
         gesturec.decode(bare, recording, noise=NOISE, lag=0.08).probability, plain.probability
     )
+
+
+def test_joints_that_go_round_make_no_posture() -> None:
+    assert prior_of(arms("axis: z, range: -180 .. 180, every: 90, wrap: true", "0", "90")) is None
+
+
+def test_levels_less_than_a_micrometre_apart_are_levels() -> None:
+    found = prior_of(arms("type: slide, axis: x, levels: [0, 0.0008, 0.0016]", "0", "0.0016"))
+    assert found is not None
+    for limb in found.postures.limbs:
+        assert limb is not None
+        low, high = (limb.lift[limb.row[found.postures.poses.index(pose)]] for pose in ("low", "high"))
+        assert low.argmax() != high.argmax()
 
 
 @pytest.mark.parametrize("decoder", ["viterbi", "fuzzy", "nearest"])
