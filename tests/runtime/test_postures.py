@@ -130,6 +130,15 @@ def test_every_row_shares_out_one_whole_over_a_machines_cells() -> None:
         np.testing.assert_allclose(limb.lift @ limb.volume, 1, rtol=1e-5)
 
 
+def test_a_models_postures_are_made_once_for_each_fineness() -> None:
+    session, options = Session(hand().artifact), Options()
+    one, again, finer = (
+        make_postures(session.body, make_decoders(session.body, options, noise), options) for noise in (1.0, 1.0, NOISE)
+    )
+    assert one is not None and again is not None and finer is not None
+    assert again.postures is one.postures is not finer.postures
+
+
 def test_rest_in_a_pose_is_where_the_pose_wants_the_joints() -> None:
     limb, tables = recursion().postures.limbs[0], hand().artifact.machines()[0]
     assert limb is not None
