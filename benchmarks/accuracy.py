@@ -6,9 +6,9 @@ In: the simulated streams of `paper_hand` (pixels of two cameras, rig, truth). T
 covariance and decoded with the compiled `models/hand.yaml`. Out, as text: first one row a file with the exact shares
 of all ways beside each other (`literal` is the source paper's rule, `ik` inverse kinematics frame by frame, both run
 here on the same points; `b1`, `f2` are the published figures of such decoders) and the difference to the better of the
-reference decoders R and E (`alone` is lag 2 without the prior of whole-body poses); then everything that was measured, a row a file and way; then the coverage of the 90 % sets
-by the length of the gap. `--told no` tells neither noise nor size nor the flat start; else they are told, as they were
-to the references.
+reference decoders R and E (`alone` is lag 2 without the prior of whole-body poses); then everything that was measured,
+a row a file and way; then the coverage of the 90 % sets by the length of the gap. `--told no` tells neither noise nor
+size nor the flat start; else they are told, as they were to the references.
 """
 
 from __future__ import annotations
