@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ import gesturec
 from gesturec.artifact.artifact import Artifact
 from gesturec.compile import compile_stages
 from gesturec.diagnostics.source import Source
+from gesturec.runtime import machines
 from gesturec.runtime.decoders import make_decoders, make_postures
 from gesturec.runtime.options import Options
 from gesturec.runtime.posture_filter import PostureFilter
@@ -205,6 +207,53 @@ def test_a_seen_finger_is_told_as_it_is_whatever_the_others_do(lag: Any) -> None
     alone, led = (gesturec.decode(hand(), recording, noise=NOISE, lag=lag, prior=p) for p in ("none", "poses"))
     assert (alone.state == led.state).mean() > 0.97
     assert (led.state == truth.state).mean() >= (alone.state == truth.state).mean() - 0.01
+
+
+def test_a_take_too_long_to_keep_its_likelihoods_is_told_alike() -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0.3, duration=0.6)
+    kept = gesturec.decode(hand(), recording, noise=NOISE, lag="offline")
+    with patch.object(machines, "MOST_KEPT", 0):
+        again = gesturec.decode(hand(), recording, noise=NOISE, lag="offline")
+    np.testing.assert_array_equal(kept.probability, again.probability)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.12, "offline"])
+def test_a_session_that_is_used_again_leans_as_a_new_one(lag: Any) -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0.3, duration=0.6)
+    session = hand().session(lag=lag, noise=NOISE, names=recording.names)
+    told = []
+    for _ in range(2):
+        steps = [session.step(*frame) for frame in zip(recording.points, recording.time, strict=True)]
+        told.append([step.why for step in (*steps, *session.finish()) if step.record is not None])
+    np.testing.assert_equal(told[1], told[0])
+    assert max(why["index"].leaned for why in told[0]) > 0.1
+
+
+def test_sixty_machines_that_agree_overflow_nothing() -> None:
+    """Each frame multiplies what sixty machines show of every node."""
+    text = ARMS.format(joint="axis: z, levels: [0, 30, 60, 90]", low="0", high="90")
+    names = [f"arm{k}" for k in range(60)]
+    head = text.partition("limbs:")[0]
+    limbs = "limbs: {" + ", ".join(f"{name}: {{template: arm}}" for name in names) + "}\n"
+    poses = "poses:\n" + "".join(
+        f"  {pose}: {{{', '.join(f'{name}: {{p: {value}}}' for name in names)}}}\n"
+        for pose, value in (("low", 0), ("high", 90))
+    )
+    artifact, findings = compile_stages(Source("body.yaml", head + limbs + poses))
+    assert artifact is not None, findings
+    filter_ = prior_of(artifact)
+    assert filter_ is not None
+    shapes = []
+    for state in (0, -1, 0):  # all low, all high, all low
+        one = [np.zeros(len(limb.volume), np.float32) for limb in filter_.postures.limbs if limb is not None]
+        for likelihood in one:
+            likelihood[state] = 1
+        shapes.append(filter_.shape([Sight(0.04, None, likelihood) for likelihood in one]))
+    with np.errstate(all="raise", under="ignore"):
+        told = filter_.smooth(shapes, [0.0, 1e-6, 0.04])
+    for lean in (lean for frame in told for lean in frame):
+        assert lean is not None
+        assert np.isfinite(lean.cells()).all() and lean.cells().min() > 0
 
 
 def test_a_limb_that_was_never_seen_leans_on_nothing() -> None:
