@@ -11,7 +11,7 @@ import pytest
 
 import gesturec
 from gesturec.runtime.options import DECODERS, Options
-from gesturec.runtime.step import Decoding, Step
+from gesturec.runtime.step import Decoding, MachineWhy, Step
 
 PAGE = Path(__file__).parent.parent / "docs" / "python.md"
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -52,6 +52,12 @@ def test_every_field_of_a_step_and_of_a_decoding_is_told_once() -> None:
     for table, kind in ((step, Step), (decoding, Decoding)):
         told = [name for row in table.splitlines()[2:] for name in named(row.split(" | ")[0])]
         assert sorted(told) == sorted(field.name for field in fields(kind))
+
+
+def test_every_number_of_a_machines_why_is_told() -> None:
+    (row,) = (row for row in TEXT.splitlines() if row.startswith("| `why` | machine"))
+    (names,) = re.findall(r"→ `([\w, ]+)`", row)
+    assert names.split(", ") == list(MachineWhy._fields)
 
 
 def test_every_error_of_ours_is_told() -> None:

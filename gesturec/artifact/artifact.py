@@ -6,9 +6,9 @@ flat arrays in their own shapes. Nothing here copies or computes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
+Made = TypeVar("Made")
 
 
 class MachineTables(NamedTuple):
@@ -58,7 +59,7 @@ class MachineTables(NamedTuple):
 class Artifact:
     """A compiled model. `columns` has every column of COLUMNS, read-only.
 
-    `derived` is what a runtime makes of the tables once, for all its sessions, under keys of its own.
+    `derived` is what a runtime makes of the tables once, for all its sessions, under keys of its own (`once`).
     """
 
     manifest: Manifest
@@ -71,6 +72,13 @@ class Artifact:
         if machine not in self._machines:
             self._machines[machine] = _machine_tables(self.manifest, self.columns, machine)
         return self._machines[machine]
+
+    def once(self, key: object, make: Callable[[], Made]) -> Made:
+        """What `make` gives, made when it is first asked for; the key says all that it depends on but the tables."""
+        if key not in self.derived:
+            self.derived[key] = make()
+        made: Made = self.derived[key]
+        return made
 
     @property
     def n_machine(self) -> int:

@@ -110,7 +110,7 @@ def _in_folder(folder: str, recording: str) -> str:
 def _refuse_twice(outputs: Sequence[str], what: str) -> None:
     """Nothing is written over by what the same run writes."""
     files = [str(Path(file)) for output in outputs for file in files_of(output)]
-    twice = next((file for file in files if files.count(file) > 1), None)
+    twice = next((file for file, count in Counter(files).items() if count > 1), None)
     if twice is not None:
         raise UsageError(f"{what} would be written to {twice}: they have one name")
 

@@ -35,8 +35,10 @@ def impossible_findings(body: Body, relations: Sequence[Relation]) -> list[Diagn
             findings.append(_finding(body, [constraint], lost))
             left = {machine: mask & ~lost[machine] for machine, mask in left.items()}
     while _count(left):
-        blamed = _blamed(body, hard, left) if len(findings) < MOST_SETS else each_once(r.constraint for r in hard)
+        first = _first(left)
+        blamed = _blamed(body, hard, first) if len(findings) < MOST_SETS else each_once(r.constraint for r in hard)
         lost = _both(lost_by(body, _parts(hard, blamed)), left)
+        lost = {machine: mask | first.get(machine, False) for machine, mask in lost.items()}
         findings.append(_finding(body, blamed, lost))
         left = {machine: mask & ~lost[machine] for machine, mask in left.items()}
     return findings
@@ -53,10 +55,19 @@ def _parts(relations: Sequence[Relation], constraints: Sequence[LoweredConstrain
     return [each for each in relations if (each.constraint.name, each.constraint.span.start) in known]
 
 
-def _blamed(body: Body, hard: Sequence[Relation], left: Mapping[int, NDArray[np.bool_]]) -> Sequence[LoweredConstraint]:
-    """A smallest set of constraints that makes the first of the states left impossible."""
-    machine, state = next((m, int(mask.argmax())) for m, mask in left.items() if mask.any())
-    blamed = blamed_for(body, hard, {machine: np.arange(len(left[machine])) == state})
+def _first(left: Mapping[int, NDArray[np.bool_]]) -> Masks:
+    """The first of the states left, as all that its machine may be in."""
+    machine, mask = next((machine, mask) for machine, mask in left.items() if mask.any())
+    return {machine: np.arange(len(mask)) == mask.argmax()}
+
+
+def _blamed(body: Body, hard: Sequence[Relation], asked: Masks) -> Sequence[LoweredConstraint]:
+    """A smallest set of constraints that makes the one state asked of impossible.
+
+    With one machine in one state there are fewer joint states, so a set may be told to make it impossible that is
+    too much to look at without (`MOST_JOINT`).
+    """
+    blamed = blamed_for(body, hard, asked)
     assert blamed is not None  # all of them together do
     return each_once(blamed)
 

@@ -59,7 +59,8 @@ class BodiesSession(Session):
         self.cells = {}
         bodies = artifact.manifest.bodies
         own = {**options, "bind": None, "names": None}
-        self.parts = [PartSession(part, **_started(own, part, artifact)) for part in body_artifacts(artifact)]
+        parts = artifact.once(body_artifacts, lambda: body_artifacts(artifact))
+        self.parts = [PartSession(part, **_started(own, part, artifact)) for part in parts]
         self._tokens = [run_of(body, "tokens") for body in bodies]
         self._machines = [run_of(body, "machines") for body in bodies]
         for part, run in zip(self.parts, self._machines, strict=True):

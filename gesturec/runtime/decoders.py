@@ -44,7 +44,9 @@ def make_postures(body: Body, decoders: Sequence[Decoder], options: Options) -> 
     windows = [decoder for decoder in decoders if isinstance(decoder, WindowDecoder)]
     if options.prior == "none" or not windows or not windows[0].ring.sums:
         return None
-    postures = postures_of(body, [decoder.chain.lattice for decoder in windows])
+    lattices = [decoder.chain.lattice for decoder in windows]
+    key = (PostureFilter, *(lattice.shape for lattice in lattices))
+    postures = body.artifact.once(key, lambda: postures_of(body, lattices))
     return None if postures is None else PostureFilter(postures)
 
 

@@ -111,10 +111,7 @@ def machine_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, lev
     """
     axes = _axes(artifact, tables, lever, noise)
     key = (Lattice, tables.name, tuple(len(axis.low) for axis in axes))
-    made: Lattice | None = artifact.derived.get(key)
-    if made is None:
-        made = artifact.derived[key] = _make_lattice(artifact, chain, tables, axes)
-    return replace(made, parts={})
+    return replace(artifact.once(key, lambda: _make_lattice(artifact, chain, tables, axes)), parts={})
 
 
 def _make_lattice(artifact: Artifact, chain: Chain, tables: MachineTables, axes: tuple[Axis, ...]) -> Lattice:

@@ -1,10 +1,12 @@
 """Belief in whole-body poses, and what it says of each machine.
 
-In: every frame's likelihoods of the machines' cells. Out: `Leaning`, weights of a machine's cells by what the *other*
-machines show of the body's posture. A hidden Markov model over the nodes of `postures` runs beside the machines: rest,
-then the way to another pose, place by place. One more node, *free*, stands for a body that is in none of them: there
-each machine is by itself wherever its tokens say, at a price. So a posture is believed only while the machines agree
-on one, and a body that does what no pose describes is decoded as if there were none.
+In: every frame's likelihoods of the machines' cells. Out: `Leaning`, weights of a machine's cells by the body's posture
+as all machines show it, but for what the machine itself shows in that frame. A hidden Markov model over the nodes of
+`postures` runs beside the machines: rest, then the way to another pose, place by place. One more node, *free*, stands
+for a body that is in none of them: there each machine is by itself wherever its tokens say, at a price. So a posture is
+believed only while the machines agree on one, and a body that does what no pose describes is decoded much as if there
+were none. What a machine showed in other frames counts twice, in the posture and in its own belief: a machine that is
+seen has likelihoods that outweigh it, and one that is hidden goes with the others the less the longer (`unseen`).
 
 The weights are used where a frame is told and never carried on: a machine's own belief stays what its tokens say.
 """

@@ -30,7 +30,7 @@ MOST_STEPS: Final = 6  # places on the way between two poses
 MOST_NODES: Final = 2_000  # with more, fewer places on the way
 MOST_POSES: Final = 40  # 1,560 ways; with more there is no prior
 UNEVEN: Final = 0.18  # of the whole way: how far a joint is from where the others are, halfway
-ALIKE: Final = 1e-6  # rad or m: values that near are one
+ALIKE: Final = 1e-9  # rad or m: values that near are one; arithmetic is off by some 1e-15
 FREE: Final = 1e6  # rad or m: stands for no value where rows are compared
 
 
@@ -85,7 +85,7 @@ def postures_of(body: Body, lattices: Sequence[Lattice]) -> Postures | None:
     """The whole-body poses of a model over its machines' lattices; None where it has not two of them."""
     manifest = body.artifact.manifest
     parts = [m for m, route in enumerate(body.routes) if route is None]
-    wanted = {name: _wanted(manifest, name, [body.machines[m] for m in parts]) for name in manifest.poses}
+    wanted = {name: [_wanted(manifest, name, body.machines[m], lattices[m]) for m in parts] for name in manifest.poses}
     whole = {name: rows for name, rows in wanted.items() if sum(np.isfinite(row).any() for row in rows) > 1}
     distinct = list(
         {tuple(np.nan_to_num(np.concatenate(rows), nan=FREE)): name for name, rows in reversed(whole.items())}.values()
@@ -101,24 +101,27 @@ def postures_of(body: Body, lattices: Sequence[Lattice]) -> Postures | None:
     return Postures(tuple(distinct), start, end, n_step, tuple(limbs))
 
 
-def _wanted(manifest: Manifest, pose: str, machines: Sequence[MachineTables]) -> list[Array]:
-    """Values that a pose wants of each machine's joints, (n_joint,) each; NaN where it wants none."""
+def _wanted(manifest: Manifest, pose: str, tables: MachineTables, lattice: Lattice) -> Array:
+    """Values that a pose wants of a machine's joints, (n_joint,); NaN where it wants none that tells anything.
+
+    A joint of one value tells nothing, and of one that goes round it is not known which way it takes.
+    """
     entries = manifest.wanted.get(pose, {})
-    values = {joint: entry[0] for joint, entry in entries.items() if entry[0] is not None}
-    return [np.array([values.get(manifest.joints[j], math.nan) for j in tables.joints], float) for tables in machines]
+    values = [entries.get(manifest.joints[joint], (None,))[0] for joint in tables.joints]
+    takes_part = (np.ptp(tables.angle, axis=0) > ALIKE) & ~lattice.wraps
+    return np.where(takes_part, np.array(values, float), np.nan)  # None becomes NaN
 
 
 def _limb(asked: Array, start: Ids, end: Ids, n_step: int, lattice: Lattice, tables: MachineTables) -> Limb | None:
     """One machine's rows, from what the poses ask of its joints, (n_pose, n_joint)."""
-    joints = [j for j in range(asked.shape[1]) if not lattice.wraps[j] and np.isfinite(asked[:, j]).any()]
-    joints = [j for j in joints if np.ptp(tables.angle[:, j]) > ALIKE]
-    if not joints:
+    joints = np.flatnonzero(np.isfinite(asked).any(axis=0))
+    if not len(joints):
         return None
     mean, deviation = _nodes(asked[:, joints], start, end, n_step, _rest_deviation(tables.angle[:, joints]))
     keys = np.nan_to_num(np.round(np.hstack([mean, deviation]) / ALIKE), nan=FREE / ALIKE)
     _, first, row = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     lift = np.ones((len(first), len(lattice.volume)))
-    for column, joint in enumerate(joints):
+    for column, joint in enumerate(joints.tolist()):
         lift *= _joint_lift(mean[first, column], deviation[first, column], lattice.angle[:, joint], lattice.volume)
     lift /= np.maximum(lift @ lattice.volume[:, None], np.finfo(float).tiny)  # constraints may leave a node no cell
     return Limb(row.ravel().astype(np.int64), lift.astype(np.float32), lattice.volume.astype(np.float32))
@@ -126,8 +129,8 @@ def _limb(asked: Array, start: Ids, end: Ids, n_step: int, lattice: Lattice, tab
 
 def _rest_deviation(angle: Array) -> Array:
     """How far from a pose's value each joint rests, (n_joint,), from its values in the states (n_state, n_joint)."""
-    gaps = [np.diff(np.unique(np.round(values, 9))) for values in angle.T]
-    return np.array([MotionParameters.rest_share * gap[gap > ALIKE].min() / 2 for gap in gaps])
+    gaps = [np.diff(_distinct(values)[0]).min() for values in angle.T]
+    return MotionParameters.rest_share * np.array(gaps) / 2
 
 
 def _nodes(asked: Array, start: Ids, end: Ids, n_step: int, rest: Array) -> tuple[Array, Array]:
@@ -144,13 +147,19 @@ def _nodes(asked: Array, start: Ids, end: Ids, n_step: int, rest: Array) -> tupl
 
 def _joint_lift(mean: Array, deviation: Array, angle: Array, volume: Array) -> Array:
     """How much likelier each cell is, (n_row, n_cell), for a normal joint value; 1 where the mean is NaN."""
-    values, place = np.unique(np.round(angle, 9), return_inverse=True)
+    values, place = _distinct(angle)
     middles = (values[1:] + values[:-1]) / 2
     below = normal_share((middles - mean[:, None]) / deviation[:, None])
     share = np.diff(np.hstack([np.zeros((len(mean), 1)), below, np.ones((len(mean), 1))]), axis=1)
-    usual = np.bincount(place.ravel(), volume, minlength=len(values))
+    usual = np.bincount(place, volume, minlength=len(values))
     lift = share / np.maximum(usual, np.finfo(float).tiny)
-    return np.asarray(np.where(np.isnan(mean)[:, None], 1.0, lift)[:, place.ravel()])
+    return np.asarray(np.where(np.isnan(mean)[:, None], 1.0, lift)[:, place])
+
+
+def _distinct(values: Array) -> tuple[Array, Ids]:
+    """Different values, rising, and which of them each is."""
+    rounded, place = np.unique(np.round(values / ALIKE), return_inverse=True)
+    return rounded * ALIKE, place.ravel()
 
 
 def normal_share(x: Array) -> Array:

@@ -62,7 +62,7 @@ def nearest_joint(
     LimitError
         It was not found among `MOST_TRIED` choices.
     """
-    order = count()
+    order, tried = count(), 0
     waiting: list[tuple[tuple[int, ...], int, dict[int, Mask]]] = []  # by rank, then by age
 
     def put(left: dict[int, Mask]) -> None:
@@ -78,7 +78,8 @@ def nearest_joint(
         bound = _breaking(states, relations, ties)
         if bound is None:
             return states
-        if next(order) > MOST_TRIED:
+        tried += 1
+        if tried >= MOST_TRIED:
             raise LimitError(f"the nearest joint state is not among the {MOST_TRIED:,} choices that are looked at")
         split = next((machine for machine in bound if left[machine].sum() > 1), None)
         if split is not None:

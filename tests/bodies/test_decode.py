@@ -43,6 +43,11 @@ def test_both_hands_are_within_a_level_in_a_clap(hands: Artifact, clap: Take, de
         assert share >= 0.95
 
 
+def test_sessions_share_the_tables_of_each_body(hands: Artifact) -> None:
+    one, other = (BodiesSession(hands) for _ in range(2))
+    assert all(a.artifact is b.artifact for a, b in zip(one.parts, other.parts, strict=True))
+
+
 def test_each_body_has_its_own_place_and_size(clap: Take, decoded: Decoding) -> None:
     assert decoded.places is not None
     gap = decoded.places.translation[:, 1] - decoded.places.translation[:, 0]

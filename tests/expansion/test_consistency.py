@@ -155,6 +155,21 @@ def test_states_that_relations_make_impossible_together() -> None:
     assert len(together.related) == 4
 
 
+def test_a_set_that_is_too_much_to_look_at_names_the_state_that_it_was_asked_of() -> None:
+    """Where `left` is 0 nine joint states are looked at, of all 27 too many; `low` leaves twelve."""
+    more = """constraints:
+  - {name: alike, require: left.hip != 0 or right.hip == third.hip}
+  - {name: unlike, require: left.hip != 0 or right.hip != third.hip}
+  - {name: low, require: right.hip + third.hip <= 30}
+"""
+    with patch.object(consistency, "MOST_JOINT", 12):
+        together, low = findings(more, "impossible-state")
+    assert together.message == (
+        "`alike` and `unlike` together leave 1 state that no state of the other machines allows: `left` in `0`"
+    )
+    assert "`low` leaves 2 states" in low.message
+
+
 def test_relations_that_leave_every_state_say_nothing() -> None:
     assert findings(NEVER_BOTH, "impossible-state") == []
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -14,6 +15,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import gesturec
+from gesturec.artifact.artifact import Artifact
+from gesturec.compile import compile_stages
+from gesturec.diagnostics.source import Source
+from gesturec.runtime import machines
 from gesturec.runtime.decoders import make_decoders, make_postures
 from gesturec.runtime.options import Options
 from gesturec.runtime.posture_filter import PostureFilter
@@ -24,6 +29,20 @@ from gesturec.simulate.simulation import SimulateOptions, simulate
 Array = NDArray[np.float64]
 NOISE = 0.001
 HALF_PI = np.pi / 2
+ARMS = """gesturec: 1
+name: body
+units: {{length: mm, angle: deg}}
+root: {{name: base, tokens: {{a: [0, 0, 0], b: [100, 0, 0], c: [0, 100, 0]}}}}
+templates:
+  arm:
+    chain:
+      - {{joint: p, {joint}}}
+      - {{token: tip, at: [80, 0, 0]}}
+limbs: {{one: {{template: arm}}, two: {{template: arm}}}}
+poses:
+  low: {{one: {{p: {low}}}, two: {{p: {low}}}}}
+  high: {{one: {{p: {high}}}, two: {{p: {high}}}}}
+"""
 
 
 @cache
@@ -51,6 +70,18 @@ def sights(seed: int) -> list[Sight | None]:
         likelihood = None if machine == seed % 5 else random.gamma(0.2, size=len(limb.volume)).astype(np.float32)
         found.append(Sight(0.04, None, likelihood))
     return found
+
+
+def arms(joint: str, low: str, high: str) -> Artifact:
+    """Two arms of one joint, and two poses of both."""
+    artifact, findings = compile_stages(Source("body.yaml", ARMS.format(joint=joint, low=low, high=high)))
+    assert artifact is not None, findings
+    return artifact
+
+
+def prior_of(artifact: Artifact) -> PostureFilter | None:
+    session, options = Session(artifact), Options()
+    return make_postures(session.body, make_decoders(session.body, options, NOISE), options)
 
 
 @cache
@@ -101,15 +132,23 @@ def test_every_row_shares_out_one_whole_over_a_machines_cells() -> None:
         np.testing.assert_allclose(limb.lift @ limb.volume, 1, rtol=1e-5)
 
 
+def test_a_models_postures_are_made_once_for_each_fineness() -> None:
+    session, options = Session(hand().artifact), Options()
+    one, again, finer = (
+        make_postures(session.body, make_decoders(session.body, options, noise), options) for noise in (1.0, 1.0, NOISE)
+    )
+    assert one is not None and again is not None and finer is not None
+    assert again.postures is one.postures is not finer.postures
+
+
 def test_rest_in_a_pose_is_where_the_pose_wants_the_joints() -> None:
     limb, tables = recursion().postures.limbs[0], hand().artifact.machines()[0]
     assert limb is not None
     for pose, wanted in (("flat", 0.0), ("fist", HALF_PI)):
         row = limb.row[recursion().postures.poses.index(pose)]
         share = limb.lift[row] * limb.volume
-        best = tables.angle[int((share.reshape(-1)).argmax())] if len(share) == len(tables.angle) else None
-        assert best is not None
-        assert best[1] == pytest.approx(wanted)
+        assert len(share) == len(tables.angle)  # a cell is a state
+        assert tables.angle[share.argmax(), 1] == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.04, 0.3, 1.9])
@@ -170,6 +209,53 @@ def test_a_seen_finger_is_told_as_it_is_whatever_the_others_do(lag: Any) -> None
     assert (led.state == truth.state).mean() >= (alone.state == truth.state).mean() - 0.01
 
 
+def test_a_take_too_long_to_keep_its_likelihoods_is_told_alike() -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0.3, duration=0.6)
+    kept = gesturec.decode(hand(), recording, noise=NOISE, lag="offline")
+    with patch.object(machines, "MOST_KEPT", 0):
+        again = gesturec.decode(hand(), recording, noise=NOISE, lag="offline")
+    np.testing.assert_array_equal(kept.probability, again.probability)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.12, "offline"])
+def test_a_session_that_is_used_again_leans_as_a_new_one(lag: Any) -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0.3, duration=0.6)
+    session = hand().session(lag=lag, noise=NOISE, names=recording.names)
+    told = []
+    for _ in range(2):
+        steps = [session.step(*frame) for frame in zip(recording.points, recording.time, strict=True)]
+        told.append([step.why for step in (*steps, *session.finish()) if step.record is not None])
+    np.testing.assert_equal(told[1], told[0])
+    assert max(why["index"].leaned for why in told[0]) > 0.1
+
+
+def test_sixty_machines_that_agree_overflow_nothing() -> None:
+    """Each frame multiplies what sixty machines show of every node."""
+    text = ARMS.format(joint="axis: z, levels: [0, 30, 60, 90]", low="0", high="90")
+    names = [f"arm{k}" for k in range(60)]
+    head = text.partition("limbs:")[0]
+    limbs = "limbs: {" + ", ".join(f"{name}: {{template: arm}}" for name in names) + "}\n"
+    poses = "poses:\n" + "".join(
+        f"  {pose}: {{{', '.join(f'{name}: {{p: {value}}}' for name in names)}}}\n"
+        for pose, value in (("low", 0), ("high", 90))
+    )
+    artifact, findings = compile_stages(Source("body.yaml", head + limbs + poses))
+    assert artifact is not None, findings
+    filter_ = prior_of(artifact)
+    assert filter_ is not None
+    shapes = []
+    for state in (0, -1, 0):  # all low, all high, all low
+        one = [np.zeros(len(limb.volume), np.float32) for limb in filter_.postures.limbs if limb is not None]
+        for likelihood in one:
+            likelihood[state] = 1
+        shapes.append(filter_.shape([Sight(0.04, None, likelihood) for likelihood in one]))
+    with np.errstate(all="raise", under="ignore"):
+        told = filter_.smooth(shapes, [0.0, 1e-6, 0.04])
+    for lean in (lean for frame in told for lean in frame):
+        assert lean is not None
+        assert np.isfinite(lean.cells()).all() and lean.cells().min() > 0
+
+
 def test_a_limb_that_was_never_seen_leans_on_nothing() -> None:
     recording, _ = take(("flat", "fist"), "index.", 0)
     for lag in (0.0, "offline"):
@@ -190,6 +276,19 @@ def test_a_model_without_whole_body_poses_has_no_prior(tmp_path: Path) -> None:
     np.testing.assert_array_equal(
         gesturec.decode(bare, recording, noise=NOISE, lag=0.08).probability, plain.probability
     )
+
+
+def test_joints_that_go_round_make_no_posture() -> None:
+    assert prior_of(arms("axis: z, range: -180 .. 180, every: 90, wrap: true", "0", "90")) is None
+
+
+def test_levels_less_than_a_micrometre_apart_are_levels() -> None:
+    found = prior_of(arms("type: slide, axis: x, levels: [0, 0.0008, 0.0016]", "0", "0.0016"))
+    assert found is not None
+    for limb in found.postures.limbs:
+        assert limb is not None
+        low, high = (limb.lift[limb.row[found.postures.poses.index(pose)]] for pose in ("low", "high"))
+        assert low.argmax() != high.argmax()
 
 
 @pytest.mark.parametrize("decoder", ["viterbi", "fuzzy", "nearest"])
