@@ -212,6 +212,7 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         **({} if decoding.places is None else {"scales": _scales(decoding)}),
         "noise": report["noise"] if np.isfinite(report["noise"]) else None,
         "cells": report["cells"],
+        "postures": report["postures"],
         "status": dict(report["status"]),
         "machines": {name: _shares(counts, frames) for name, counts in report["machines"].items()},
         "gestures": dict(Counter(event.name for event in decoding.events)),

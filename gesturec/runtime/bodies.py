@@ -56,7 +56,7 @@ class BodiesSession(Session):
         self.body = lay_out(artifact, self.options.period)
         self.plan = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
         self.counts: Counter[str] = Counter()
-        self.cells = {}
+        self.cells, self.postures = {}, ()
         bodies = artifact.manifest.bodies
         own = {**options, "bind": None, "names": None}
         parts = artifact.once(body_artifacts, lambda: body_artifacts(artifact))
@@ -76,6 +76,7 @@ class BodiesSession(Session):
             part._take(Points(points.measured[run], points.covariance[run], points.bound[run]), time)
         self._memory = self.parts[0]._memory
         self.cells = {name: count for part in self.parts for name, count in part.cells.items()}
+        self.postures = tuple(pose for part in self.parts for pose in part.postures)
         self.noise = float(np.sqrt(np.mean([part.noise**2 for part in self.parts])))
 
     def _settle(self) -> Step:

@@ -155,6 +155,7 @@ def make_report(session: Session, steps: Sequence[Step]) -> Mapping[str, Any]:
         "noise": session.noise,
         "size_seen": _size_seen(session, steps),
         "cells": dict(session.cells),
+        "postures": list(session.postures),
         "up": session.up,
         "gestures_dropped": session.gestures_dropped,
         "unmatched": list(session.plan.unmatched) if session.plan else [],

@@ -29,6 +29,7 @@ from gesturec.runtime.semiring import Floats
 MOST_STEPS: Final = 6  # places on the way between two poses
 MOST_NODES: Final = 2_000  # with more, fewer places on the way
 MOST_POSES: Final = 40  # 1,560 ways; with more there is no prior
+MOST_LIFTED: Final = 1 << 25  # nodes times cells of all machines: 128 MiB at the most, were no two rows the same
 UNEVEN: Final = 0.18  # of the whole way: how far a joint is from where the others are, halfway
 ALIKE: Final = 1e-9  # rad or m: values that near are one; arithmetic is off by some 1e-15
 FREE: Final = 1e6  # rad or m: stands for no value where rows are compared
@@ -93,7 +94,11 @@ def postures_of(body: Body, lattices: Sequence[Lattice]) -> Postures | None:
     if not 2 <= len(distinct) <= MOST_POSES:
         return None
     start, end = np.nonzero(~np.eye(len(distinct), dtype=bool))
-    n_step = max(1, min(MOST_STEPS, (MOST_NODES - len(distinct)) // len(start)))
+    n_cell = sum(len(lattices[machine].volume) for machine in parts)
+    n_step = (min(MOST_NODES, MOST_LIFTED // n_cell) - len(distinct)) // len(start)
+    if n_step < 1:
+        return None
+    n_step = min(n_step, MOST_STEPS)
     limbs: list[Limb | None] = [None] * len(body.machines)
     for column, machine in enumerate(parts):
         asked = np.array([whole[name][column] for name in distinct])

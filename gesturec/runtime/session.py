@@ -85,6 +85,7 @@ class Session:
         self.plan: Plan | None = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
         self.counts: Counter[str] = Counter()
         self.cells: dict[str, int] = {}  # of each machine's lattice, chosen by the noise of the first frame
+        self.postures: tuple[str, ...] = ()  # whole-body poses that are leant on
         self._gestures = GestureRuns(self.body)
         self._size = start_size(self.options.scale)
         self._pose = PoseFilter(self.body.root_positions, self._size.deviation > 0, math.exp(self._size.log_scale))
@@ -160,6 +161,7 @@ class Session:
             self._decoders = make_decoders(self.body, self.options, deviation_of(moment.points.covariance))
             self._carried = [decoder.start() for decoder in self._decoders]
             self._postures = make_postures(self.body, self._decoders, self.options)
+            self.postures = () if self._postures is None else self._postures.postures.poses
             self.cells = {t.name: d.n_cell for t, d in zip(self.body.machines, self._decoders, strict=True)}
         self._frame += 1
         self.noise = float(np.sqrt(np.trace(self._memory.noise.covariance) / 3))

@@ -22,6 +22,7 @@ from gesturec.runtime import machines
 from gesturec.runtime.decoders import make_decoders, make_postures
 from gesturec.runtime.options import Options
 from gesturec.runtime.posture_filter import PostureFilter
+from gesturec.runtime.postures import postures_of
 from gesturec.runtime.session import Session
 from gesturec.runtime.sight import Sight
 from gesturec.simulate.simulation import SimulateOptions, simulate
@@ -296,6 +297,27 @@ def test_decoders_without_probabilities_have_no_prior(decoder: str) -> None:
     recording, _ = take(("flat", "fist"), "index.", 0.4, 0.8)
     decoding = gesturec.decode(hand(), recording, noise=NOISE, decoder=decoder)
     assert {why.leaned for frame in decoding.why for why in frame.values()} == {0.0}
+
+
+def test_the_report_names_the_poses_that_are_leant_on() -> None:
+    recording, _ = take(("flat", "fist"), "index.", 0.4, 0.8)
+    told = {
+        prior: gesturec.decode(hand(), recording, noise=NOISE, prior=prior).report["postures"]
+        for prior in ("poses", "none")
+    }
+    assert told == {"poses": list(recursion().postures.poses), "none": []}
+
+
+@pytest.mark.parametrize(("limit", "steps"), [(1 << 25, 6), (80_000, 2), (10_000, None)])
+def test_the_more_cells_the_fewer_places_on_the_way(
+    limit: int, steps: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gesturec.runtime.postures.MOST_LIFTED", limit)
+    session = Session(hand().artifact)
+    lattices = [decoder.chain.lattice for decoder in make_decoders(session.body, Options(), 1.0)]
+    assert sum(len(lattice.volume) for lattice in lattices) == 256
+    found = postures_of(session.body, lattices)
+    assert (None if found is None else found.n_step) == steps
 
 
 def test_a_prior_that_there_is_not_is_refused() -> None:
