@@ -138,7 +138,7 @@ def _report(fit: Fit, options: Namespace) -> None:
     noise = 1e3 * fit.adjusted.noise
     told = f"{len(profile.joints)} joints and {len(profile.tokens)} tokens placed from {used:,} frames"
     print(
-        f"{profile.model}: size {profile.scale:.4g}, {told}, residual {noise:.2g} mm -> {options.output}",
+        f"{profile.model}: size {profile.scale:.4g}, {told}, noise {noise:.2g} mm -> {options.output}",
         file=stream,
     )
     if profile.held_out is not None:

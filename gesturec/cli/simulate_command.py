@@ -60,7 +60,9 @@ def run(options: Namespace) -> int:
     _check_usage(options, output)
     artifact = load_artifact(options.model, options)
     rig = None if options.rig is None else load_rig(options.rig)
-    take = simulate(artifact, _simulate_options(artifact, options), rig)
+    settings = _simulate_options(artifact, options)
+    _warn_of_late(settings, options.hide)
+    take = simulate(artifact, settings, rig)
     written = (
         _write_folder(artifact, take, rig, options) if rig is not None else _write_file(artifact, take, options.output)
     )
@@ -91,6 +93,15 @@ def _check_usage(options: Namespace, output: Path) -> None:
         if output.suffix not in (".csv", ".npz"):
             raise UsageError(f"-o takes `.csv` or `.npz`, not `{output.suffix}`")
         check_folder(output)
+
+
+def _warn_of_late(settings: SimulateOptions, given: list[str]) -> None:
+    """Say which `--hide` begins after the take has ended, and so hides nothing."""
+    for text, hidden in zip(given, settings.hidden, strict=True):
+        if hidden.start > settings.duration:
+            print(
+                f"warning: --hide: `{text}` begins after the take, which lasts {settings.duration:g} s", file=sys.stderr
+            )
 
 
 def _simulate_options(artifact: Artifact, options: Namespace) -> SimulateOptions:

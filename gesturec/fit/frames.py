@@ -18,7 +18,7 @@ from gesturec.artifact.kinematics import chain_of, complete_angles, forward
 from gesturec.fit.adjust import Guess, Measured
 from gesturec.fit.errors import noise_directions, whiteners
 from gesturec.recordings.recording import Recording
-from gesturec.runtime.bindings import Plan, choose_binding, resolve_binding
+from gesturec.runtime.bindings import Plan, resolve_binding
 from gesturec.runtime.rigid import horn, spans_plane
 from gesturec.runtime.session import FARTHEST
 
@@ -93,9 +93,7 @@ def seen_tokens(measured: Array) -> NDArray[np.bool_]:
 
 def plan_for(artifact: Artifact, recording: Recording, bind: object) -> Plan:
     """Which of a recording's points are our tokens."""
-    names = tuple(recording.names)
-    plan = resolve_binding(artifact.manifest, bind, names)  # type: ignore[arg-type]
-    return plan if plan is not None else choose_binding(artifact.manifest, names)
+    return resolve_binding(artifact.manifest, bind, tuple(recording.names))  # type: ignore[arg-type]
 
 
 def root_tokens(artifact: Artifact) -> NDArray[np.int64]:

@@ -105,6 +105,8 @@ def check_profile(artifact: Artifact, located: Located, findings: Findings, pref
         whose = f"the model of body `{manifest.name}` has" if prefix else "this model's is"
         message = f"the profile was made for {made_for(profile)}, and {whose} {manifest.digest[:12] or 'none'}"
         help = "fit the recordings again, or compile as then (the same file, the same --set)"
+        if profile.model and profile.model != manifest.name:
+            help = f"it is of another body; fit recordings of `{manifest.name}`"
         findings.report("other-model", message, located.places.get(("digest",), located.start), "", help)
         return
     joints, tokens, machines = (

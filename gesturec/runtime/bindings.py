@@ -75,19 +75,23 @@ class Plan:
         return tokens
 
 
-def resolve_binding(manifest: Any, bind: str | Mapping[str, Any] | None, names: Sequence[str] | None) -> Plan | None:
-    """The plan for points called `names`; None while neither names nor an order are known.
+def resolve_binding(manifest: Any, bind: str | Mapping[str, Any] | None, names: Sequence[str]) -> Plan:
+    """The plan for points called `names`.
 
     Raises
     ------
     ValueError
         For an unknown binding, a name that two points answer to, or two bindings that fit alike.
     """
+    asked = asked_binding(manifest, bind)
+    return choose_binding(manifest, names) if asked is None else plan(asked, manifest.tokens, names)
+
+
+def asked_binding(manifest: Any, bind: str | Mapping[str, Any] | None) -> Binding | None:
+    """The binding of that name, or that a user's mapping is; None where none is asked for."""
     if bind is None:
-        return None if names is None else choose_binding(manifest, names)
-    binding = parse_binding("given", bind, manifest.tokens) if isinstance(bind, Mapping) else _named(manifest, bind)
-    known = names if names is not None else binding.order
-    return plan(binding, manifest.tokens, known) if known else None
+        return None
+    return parse_binding("given", bind, manifest.tokens) if isinstance(bind, Mapping) else _named(manifest, bind)
 
 
 def choose_binding(manifest: Any, names: Sequence[str]) -> Plan:
@@ -107,14 +111,25 @@ def choose_binding(manifest: Any, names: Sequence[str]) -> Plan:
     return best[0]
 
 
-def bind_rows(manifest: Any, n_point: int) -> Plan:
+def bind_rows(manifest: Any, n_point: int, asked: Binding | None) -> Plan:
     """The plan for bare rows without names: the one binding, or the model itself, that has so many."""
+    if asked is not None:
+        raise ValueError(f"the binding `{asked.name}` has no `order`, so that rows without names fit nothing")
     if n_point == len(manifest.tokens):
         return plan(own_binding(manifest), manifest.tokens, manifest.tokens)
     fitting = [b for b in candidate_bindings(manifest) if len(b.order) == n_point]
-    if len(fitting) != 1:
-        raise ValueError(f"{n_point} rows without names fit {len(fitting)} bindings by their `order`: choose one")
+    if not fitting:
+        raise ValueError(f"{n_point} rows without names fit no binding by its `order`")
+    if len(fitting) > 1:
+        found = _some([b.name for b in fitting])
+        raise ValueError(f"{n_point} rows without names fit {found} by their `order`: choose one (`bind`)")
     return plan(fitting[0], manifest.tokens, fitting[0].order)
+
+
+def plan_rows(used: Plan, tokens: Sequence[str]) -> Plan:
+    """The plan for bare rows where points with names have shown the binding; without an order, as those were."""
+    own = tuple(tokens) if used.binding.name == OWN_NAMES else used.names
+    return plan(used.binding, tokens, used.binding.order or own)
 
 
 def candidate_bindings(manifest: Any) -> list[Binding]:

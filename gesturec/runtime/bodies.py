@@ -17,7 +17,6 @@ import numpy as np
 from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.bodies import body_artifacts, run_of
 from gesturec.runtime.arrays import Array, Ids
-from gesturec.runtime.bindings import resolve_binding
 from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.coupling import Exclusive
 from gesturec.runtime.decision import Decision
@@ -54,7 +53,7 @@ class BodiesSession(Session):
         self.options = options_of(options)
         self.artifact = artifact
         self.body = lay_out(artifact, self.options.period)
-        self.plan = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
+        self._start_binding()
         self.counts: Counter[str] = Counter()
         self.cells, self.postures = {}, ()
         bodies = artifact.manifest.bodies

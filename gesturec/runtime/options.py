@@ -8,6 +8,8 @@ from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, Final, Literal
 
+from gesturec.artifact.manifest import UPWARDS
+
 DECODERS: Final = ("nearest", "viterbi", "forward", "fuzzy")
 PRIORS: Final = ("poses", "none")
 DEFAULT_PERIOD: Final = 0.04  # s a step where neither the model nor the session says: the source paper's
@@ -76,6 +78,8 @@ class Options:
             raise ValueError(f"decoder `{self.decoder}` is none of {', '.join(DECODERS)}")
         if self.prior not in PRIORS:
             raise ValueError(f"prior `{self.prior}` is none of {', '.join(PRIORS)}")
+        if self.up is not None and self.up not in UPWARDS:
+            raise ValueError(f"`up` is {self.up!r}, which is none of {', '.join(UPWARDS)}")
         for name in ("rate", "noise", "scale"):
             value = getattr(self, name)
             if value is not None and not (_is_number(value) and value > 0):

@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from gesturec.artifact.artifact import Artifact
 from gesturec.runtime.arrays import Array, seen_rows
-from gesturec.runtime.bindings import Plan, bind_rows, choose_binding, plan, resolve_binding
+from gesturec.runtime.bindings import Binding, Plan, asked_binding, bind_rows, plan, plan_rows, resolve_binding
 from gesturec.runtime.body import Body, lay_out
 from gesturec.runtime.decision import Decision
 from gesturec.runtime.decoders import make_decoders, make_postures
@@ -82,7 +83,7 @@ class Session:
         self.artifact = artifact
         self.body: Body = lay_out(artifact, self.options.period)
         start_masks(artifact, self.options.start)  # a start that the model does not have is refused now
-        self.plan: Plan | None = resolve_binding(artifact.manifest, self.options.bind, self.options.names)
+        self._start_binding()
         self.counts: Counter[str] = Counter()
         self.cells: dict[str, int] = {}  # of each machine's lattice, chosen by the noise of the first frame
         self.postures: tuple[str, ...] = ()  # whole-body poses that are leant on
@@ -253,6 +254,14 @@ class Session:
             raise InputRefused(f"covariance has the shape {spread.shape}, not {(len(rows), 3, 3)}")
         return Points(measured, used.apply_covariance(known_covariances(spread)), bound)
 
+    def _start_binding(self) -> None:
+        """What is known of the points' names before any came; ValueError for a binding that there is not."""
+        manifest, names = self.artifact.manifest, self.options.names
+        self._asked: Binding | None = asked_binding(manifest, self.options.bind)
+        known = names if names is not None or self._asked is None else self._asked.order or None
+        self.plan: Plan | None = None if known is None else resolve_binding(manifest, self.options.bind, known)
+        self._rows: Plan | None = self.plan  # of points that come as arrays
+
     def _no_points(self) -> Points:
         """A frame in which nothing was tracked."""
         n_token = self.body.n_token
@@ -261,15 +270,22 @@ class Session:
     def _plan_for(self, names: tuple[str, ...] | None, n_row: int) -> Plan:
         """The binding in use, found by the first frame where construction could not know it."""
         manifest = self.artifact.manifest
-        if names is not None and (self.plan is None or self._may_rebind):
-            self.plan, self._may_rebind = choose_binding(manifest, names), False
+        if names is None:
+            return self._plan_for_rows(n_row)
+        if self.plan is None or self._may_rebind:
+            self.plan, self._rows, self._may_rebind = resolve_binding(manifest, self.options.bind, names), None, False
+        return self.plan if names == self.plan.names else plan(self.plan.binding, manifest.tokens, names)
+
+    def _plan_for_rows(self, n_row: int) -> Plan:
+        """The same for rows without names, which are in the order of the binding in use."""
+        manifest = self.artifact.manifest
         if self.plan is None:
-            self.plan = bind_rows(manifest, n_row)
-        if names is not None and names != self.plan.names:
-            return plan(self.plan.binding, manifest.tokens, names)
-        if n_row != self.plan.n_point:
-            raise InputRefused(f"{n_row} points came; the binding `{self.plan.binding.name}` has {self.plan.n_point}")
-        return self.plan
+            self.plan = self._rows = bind_rows(manifest, n_row, self._asked)
+        if self._rows is None:
+            self._rows = plan_rows(self.plan, manifest.tokens)
+        if n_row != self._rows.n_point:
+            raise InputRefused(f"{n_row} points came; the binding `{self.plan.binding.name}` has {self._rows.n_point}")
+        return self._rows
 
     def _nothing(self, status: str, time: float, message: str = "") -> Step:
         """A step that decides nothing of any machine."""
@@ -320,7 +336,9 @@ def _number(time: Any) -> float:
 def _time_message(given: Any, moment: float, last: float) -> str:
     """Why a time is refused."""
     if math.isnan(moment):
-        return f"the time is {given!r:.60}, which is no finite number"
+        is_number = isinstance(given, Real)
+        late = is_number and LATEST < abs(given) < math.inf
+        return f"the time is {given!r:.60}, " + (f"beyond {LATEST:g} s" if late else "which is no finite number")
     return f"time {moment:g} does not come after {last:g}"
 
 
@@ -340,7 +358,10 @@ def _rows_by_name(points: Mapping[str, ArrayLike]) -> Array:
 
 def _rows(points: Any) -> Array:
     """Points as (n, 3) floats; InputRefused for any other shape."""
-    rows = np.array(points, dtype=float)
+    try:
+        rows = np.array(points, dtype=float)
+    except (ValueError, TypeError):
+        raise InputRefused("points are no rows of three numbers (a row of NaN is not seen)") from None
     if rows.ndim != 2 or rows.shape[1] != 3:
         raise InputRefused(f"points have the shape {rows.shape}, not (n, 3)")
     return rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hand: Artifact) -> P
 
 def test_a_profile_is_written_and_taken(folder: Path, capsys: Capture) -> None:
     assert main(["fit", "hand.gcm", "take.csv", "-o", "p.yaml", "--frames", "40"]) == 0
-    assert "-> p.yaml" in capsys.readouterr().out
+    assert re.search(r", noise [\d.]+ mm -> p\.yaml", capsys.readouterr().out)  # the file's `residual` is another
     assert main(["compile", "hand", "--profile", "p.yaml", "-o", "person.gcm"]) == 0
     assert main(["decode", "person.gcm", "take.csv", "-o", "a"]) == 0
     assert main(["decode", "hand.gcm", "take.csv", "--profile", "p.yaml", "-o", "b"]) == 0

@@ -14,6 +14,7 @@ from gesturec.artifact.artifact import Artifact
 from gesturec.artifact.kinematics import chain_of, complete_angles, token_positions
 from gesturec.artifact.store import read_artifact, write_artifact
 from gesturec.compile import compile_model, findings_of
+from gesturec.diagnostics.errors import ModelError
 from gesturec.language.findings import Findings
 from gesturec.profile.apply import with_profile
 from gesturec.profile.profile import HeldOut, Motion, Part, Profile, Take
@@ -142,6 +143,17 @@ def test_what_is_wrong_is_found_at_its_place(hand: Artifact, tmp_path: Path, tex
     found = [f for f in findings_of(HAND, profile=path) if f.rule != "equal-states"]
     assert [(f.rule, f.span.line if f.span else 0) for f in found] == [(rule, line)]
     assert found[0].span is not None and found[0].span.source.name == path
+
+
+@pytest.mark.parametrize(
+    "name, said", [("hand", "fit the recordings again"), ("foot", "fit recordings of `hand`")], ids=["same", "other"]
+)
+def test_help_knows_another_body_from_another_version(hand: Artifact, tmp_path: Path, name: str, said: str) -> None:
+    path = write(tmp_path, f"gesturec: 1\nmodel: {{name: {name}, digest: 0000}}\nbody: {{scale: 1.1}}\n")
+    with pytest.raises(ModelError) as caught:
+        compile_model(HAND, profile=path)
+    found = [finding.help for finding in caught.value.diagnostics if finding.rule == "other-model"]
+    assert len(found) == 1 and said in (found[0] or "")
 
 
 def test_a_profile_that_is_not_there(tmp_path: Path) -> None:

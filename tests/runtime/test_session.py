@@ -191,6 +191,9 @@ def test_an_outlier_does_not_move_the_pose_or_the_state(hand: Artifact, take: An
         {"lag": -0.1},
         {"bind": "nobody"},
         {"lag": 1e9},
+        {"up": "q"},
+        {"up": "Y"},
+        {"up": 3},
     ],
     ids=str,
 )
@@ -263,6 +266,9 @@ def test_numbers_too_large_for_a_float_are_refused(hand: Artifact, take: Any, gi
     assert session.step([[given, 0, 0]] * len(take.names), 0.0).status == "input-refused"
     assert session.step(take.points[0], given).status == "time-refused"
     assert session.step(take.points[0], -1.7e308).status == "time-refused"
+    for epoch_ms in (1.7e12, np.int64(1_700_000_000_000)):
+        assert "beyond 1e+12 s" in session.step(take.points[0], epoch_ms).message
+    assert "no finite number" in session.step(take.points[0], math.inf).message
     assert session.step(take.points[0], 0.0).status == "ok"
 
 
