@@ -25,7 +25,7 @@ from gesturec.runtime.arrays import Array
 from gesturec.runtime.kernels import MotionParameters
 from gesturec.runtime.postures import Limb, Postures
 from gesturec.runtime.semiring import Floats
-from gesturec.runtime.sight import Leaning, Sight
+from gesturec.runtime.sight import NEGLIGIBLE, Leaning, Sight
 
 STRAY: Final = 0.1  # of a machine in a posture: that it does something else
 PRICE: Final = 0.5  # of a free body: what each seen machine's best place is worth, so that agreement wins
@@ -148,7 +148,10 @@ def _rows(limb: Limb | None, sight: Sight | None) -> Floats | None:
         return None
     weighed = limb.volume * sight.likelihood
     total = float(weighed.sum())
-    return np.asarray(limb.lift @ weighed / total) if total > 0 else None
+    if not total > 0:
+        return None
+    cells = np.flatnonzero(weighed > NEGLIGIBLE * weighed.max())
+    return np.asarray(np.einsum("i,ij->j", weighed[cells], limb.lift[cells]) / total)
 
 
 def _strayed(row: Floats) -> Array:
@@ -160,7 +163,7 @@ def _leaning(limb: Limb, nodes: Array, free: float, row: Floats | None) -> Leani
     others = nodes if row is None else nodes / _strayed(row)[limb.row]
     total = others.sum()
     others = others * ((1 - free) / total) if total > 0 else others
-    rows = np.bincount(limb.row, others, minlength=len(limb.lift))
+    rows = np.bincount(limb.row, others, minlength=limb.lift.shape[1])
     return Leaning(free + STRAY * (1 - free), ((1 - STRAY) * rows).astype(np.float32), limb.lift)
 
 

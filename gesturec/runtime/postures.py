@@ -44,7 +44,7 @@ class Limb:
     row
         Of `lift`, of each node, (n_node,); many nodes ask the same of a machine.
     lift
-        How much likelier a cell is than its volume says, (n_row, n_cell); times the volumes each row sums to 1.
+        How much likelier a cell is than its volume says, (n_cell, n_row); times the volumes each row sums to 1.
     volume
         Of the cells, (n_cell,); sums to 1.
     """
@@ -129,7 +129,8 @@ def _limb(asked: Array, start: Ids, end: Ids, n_step: int, lattice: Lattice, tab
     for column, joint in enumerate(joints.tolist()):
         lift *= _joint_lift(mean[first, column], deviation[first, column], lattice.angle[:, joint], lattice.volume)
     lift /= np.maximum(lift @ lattice.volume[:, None], np.finfo(float).tiny)  # constraints may leave a node no cell
-    return Limb(row.ravel().astype(np.int64), lift.astype(np.float32), lattice.volume.astype(np.float32))
+    lifted = np.ascontiguousarray(lift.T, dtype=np.float32)  # a frame asks for few cells, of all rows
+    return Limb(row.ravel().astype(np.int64), lifted, lattice.volume.astype(np.float32))
 
 
 def _rest_deviation(angle: Array) -> Array:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from math import nan
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from gesturec.runtime.arrays import Array
+from gesturec.runtime.arrays import Array, Ids
 from gesturec.runtime.emission import Evidence
 from gesturec.runtime.semiring import Floats
+
+NEGLIGIBLE: Final = 1e-9  # of the largest: mass of a cell below which no weight makes it matter
 
 
 class Leaning(NamedTuple):
@@ -17,15 +19,22 @@ class Leaning(NamedTuple):
 
     base: float  # weight of any cell
     rows: Floats  # (n_row,) of each row of `lift`
-    lift: Floats  # (n_row, n_cell)
+    lift: Floats  # (n_cell, n_row)
 
     def strayed(self, share: float) -> Leaning:
         """As where the machine has gone its own way with a further probability."""
         return Leaning(self.base + share * float(self.rows.sum()), (1 - share) * self.rows, self.lift)
 
-    def cells(self) -> Floats:
-        """(n_cell,); nowhere 0."""
-        return np.asarray(np.float32(self.base) + self.rows @ self.lift)
+    def at(self, cells: Ids) -> Floats:
+        """Weights of some cells, nowhere 0. Not by BLAS, whose threads wait for each other longer than this takes."""
+        return np.asarray(np.float32(self.base) + np.einsum("ij,j->i", self.lift[cells], self.rows))
+
+    def where(self, mass: Floats) -> Floats:
+        """Weights (n_cell,) where it matters: of cells with next to no `mass` (n_cell,) the base."""
+        weight = np.full(len(mass), np.float32(self.base))
+        cells = np.flatnonzero(mass > NEGLIGIBLE * mass.max())
+        weight[cells] = self.at(cells)
+        return weight
 
 
 class Sight(NamedTuple):

@@ -281,7 +281,11 @@ class WindowDecoder:
             both = ring.join(mass, later)
             mass = both if self.chain.total(both) > SMALLEST else mass
         entries = np.asarray(mass[0] if len(mass) == 1 else ring.gather(mass, 0))
-        return entries if now is None or now.lean is None else self.chain.times(entries, now.lean.cells())
+        return (
+            entries
+            if now is None or now.lean is None
+            else self.chain.times(entries, now.lean.where(self.chain.cells(entries)))
+        )
 
     def conclude(
         self, carried: Carried, now: Sight, belief: Belief | None, early: Array, final: Told, delay: int, until: float

@@ -24,7 +24,7 @@ from gesturec.runtime.options import Options
 from gesturec.runtime.posture_filter import PostureFilter
 from gesturec.runtime.postures import postures_of
 from gesturec.runtime.session import Session
-from gesturec.runtime.sight import Sight
+from gesturec.runtime.sight import Leaning, Sight
 from gesturec.simulate.simulation import SimulateOptions, simulate
 
 Array = NDArray[np.float64]
@@ -85,6 +85,11 @@ def prior_of(artifact: Artifact) -> PostureFilter | None:
     return make_postures(session.body, make_decoders(session.body, options, NOISE), options)
 
 
+def everywhere(lean: Leaning) -> Array:
+    """Weights of all cells."""
+    return lean.where(np.ones(len(lean.lift), np.float32))
+
+
 @cache
 def matrix(dt: float) -> Array:
     """The recursion's step as a matrix, from `forward` of what is certain."""
@@ -130,7 +135,7 @@ def test_nodes_are_the_whole_body_poses_and_the_ways_between_them() -> None:
 def test_every_row_shares_out_one_whole_over_a_machines_cells() -> None:
     for limb in recursion().postures.limbs:
         assert limb is not None
-        np.testing.assert_allclose(limb.lift @ limb.volume, 1, rtol=1e-5)
+        np.testing.assert_allclose(limb.volume @ limb.lift, 1, rtol=1e-5)
 
 
 def test_a_models_postures_are_made_once_for_each_fineness() -> None:
@@ -147,7 +152,7 @@ def test_rest_in_a_pose_is_where_the_pose_wants_the_joints() -> None:
     assert limb is not None
     for pose, wanted in (("flat", 0.0), ("fist", HALF_PI)):
         row = limb.row[recursion().postures.poses.index(pose)]
-        share = limb.lift[row] * limb.volume
+        share = limb.lift[:, row] * limb.volume
         assert len(share) == len(tables.angle)  # a cell is a state
         assert tables.angle[share.argmax(), 1] == pytest.approx(wanted)
 
@@ -174,7 +179,7 @@ def test_a_window_leans_as_the_posterior_over_all_paths_says(seeds: list[int], d
     for own, other in zip(told, filter_.lean(mass * later, frames[0]), strict=True):
         assert own is not None
         assert other is not None
-        np.testing.assert_allclose(own.cells(), other.cells(), rtol=1e-4)
+        np.testing.assert_allclose(everywhere(own), everywhere(other), rtol=1e-4)
 
 
 def test_a_window_of_a_whole_take_leans_as_the_smoother() -> None:
@@ -182,13 +187,23 @@ def test_a_window_of_a_whole_take_leans_as_the_smoother() -> None:
     for own, other in zip(recursion().settle(None, frames, dt)[1], recursion().smooth(frames, dt)[0], strict=True):
         assert own is not None
         assert other is not None
-        np.testing.assert_allclose(own.cells(), other.cells(), rtol=1e-5)
+        np.testing.assert_allclose(everywhere(own), everywhere(other), rtol=1e-5)
 
 
 def test_no_cell_is_ever_ruled_out() -> None:
     for lean in recursion().settle(None, [recursion().shape(sights(1))], [0.04])[1]:
         assert lean is not None
-        assert lean.cells().min() > 0
+        assert everywhere(lean).min() > 0
+
+
+def test_cells_without_mass_keep_the_base_weight() -> None:
+    lean = recursion().settle(None, [recursion().shape(sights(1))], [0.04])[1][0]
+    assert lean is not None
+    mass = np.zeros(len(lean.lift), np.float32)
+    mass[[3, 5]] = 1.0, 0.1
+    weight = lean.where(mass)
+    np.testing.assert_array_equal(weight[[3, 5]], everywhere(lean)[[3, 5]])
+    np.testing.assert_array_equal(np.delete(weight, [3, 5]), np.float32(lean.base))
 
 
 def test_a_hidden_finger_goes_with_the_others() -> None:
@@ -254,7 +269,7 @@ def test_sixty_machines_that_agree_overflow_nothing() -> None:
         told = filter_.smooth(shapes, [0.0, 1e-6, 0.04])
     for lean in (lean for frame in told for lean in frame):
         assert lean is not None
-        assert np.isfinite(lean.cells()).all() and lean.cells().min() > 0
+        assert np.isfinite(everywhere(lean)).all() and everywhere(lean).min() > 0
 
 
 def test_a_limb_that_was_never_seen_leans_on_nothing() -> None:
@@ -288,7 +303,7 @@ def test_levels_less_than_a_micrometre_apart_are_levels() -> None:
     assert found is not None
     for limb in found.postures.limbs:
         assert limb is not None
-        low, high = (limb.lift[limb.row[found.postures.poses.index(pose)]] for pose in ("low", "high"))
+        low, high = (limb.lift[:, limb.row[found.postures.poses.index(pose)]] for pose in ("low", "high"))
         assert low.argmax() != high.argmax()
 
 

@@ -13,7 +13,7 @@ from gesturec.runtime.sight import Leaning, Sight
 from gesturec.runtime.unseen import DOUBTED, doubted, leaning, times_since, times_until
 
 SEEN = Evidence(np.ones(1, bool), False, np.zeros((1, 3)), np.eye(3))
-LEAN = Leaning(0.2, np.array([0.8], np.float32), np.array([[3.0, 0.0, 0.0]], np.float32))
+LEAN = Leaning(0.2, np.array([0.8], np.float32), np.array([[3.0], [0.0], [0.0]], np.float32))
 
 
 def sight(is_seen: bool, dt: float = 0.04) -> Sight:
@@ -25,7 +25,11 @@ def test_a_seen_limb_leans_as_it_does() -> None:
 
 
 def test_a_limb_leans_the_less_the_longer_it_is_unseen() -> None:
-    cells = [found.lean.cells() for t in (0.0, 0.4, 4.0) if (found := leaning(sight(False), t)).lean is not None]
+    cells = [
+        found.lean.where(np.ones(3, np.float32))
+        for t in (0.0, 0.4, 4.0)
+        if (found := leaning(sight(False), t)).lean is not None
+    ]
     assert len(cells) == 3
     assert cells[0][0] > cells[1][0] > cells[2][0] > 1
     for each in cells:
