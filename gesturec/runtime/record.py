@@ -63,6 +63,10 @@ def _frame_status(decisions: Sequence[Decision], pose: PoseEstimate | None, meas
     # one limb that fits no state is that limb's matter; the frame is a misfit where most that are seen are
     if 2 * words.count("misfit") <= sum(d.seen > 0 for d in decisions):
         words = ["partly-misfit" if word == "misfit" else word for word in words]
+    # a limb's word is that of its last frames; where nothing at all fits, the frame says so at once
+    seen = [d for d in decisions if d.seen]
+    if len(seen) > 1 and all(d.chi_square > d.limit for d in seen):
+        words.append("misfit")
     return gravest((*words, "ok" if pose.status == "ok" else pose.status))
 
 

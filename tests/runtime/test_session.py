@@ -286,3 +286,15 @@ def test_after_finish_points_may_have_other_names(hand: Artifact, take: Any) -> 
     places = dict(zip(hand.manifest.tokens, np.eye(len(hand.manifest.tokens), 3), strict=True))
     session.step({name: places[own] for name, own in theirs.items()}, 0.0)
     assert session.binding == "mediapipe_hands"
+
+
+def test_a_frame_in_which_nothing_fits_says_so_at_once(hand: Artifact, take: Any) -> None:
+    """The first ones too, though outliers in them are no verdict on a limb."""
+    points = take.points.copy()
+    fixed = hand.columns["token_machine"] < 0
+    limbs = [row for row, name in enumerate(take.names) if not fixed[hand.manifest.tokens.index(name)]]
+    points[:2, limbs] += 0.3
+    decoding = decode(hand, SimpleNamespace(**(vars(take) | {"points": points})), noise=0.001, scale=1.0)
+    words = [STATUSES[status].name for status in decoding.status]
+    assert words[:2] == ["misfit", "misfit"]
+    assert "misfit" not in words[4:]
