@@ -240,6 +240,8 @@ def main() -> None:
     lines = [f"decoder {given.decoder}, lag {given.lag}; shares in per cent; * fitted to this take"]
     if given.every > 1:
         lines[0] += f"; every {given.every}. frame of the tracker's"
+    if given.pictures is not None:
+        lines[0] += f"; first {given.pictures} frames of the image landmarks"
     lines += leap_rows(models, given.data, given.profiles.split(","), given.every, options)
     print("image landmarks", flush=True)
     lines += ["", "image landmarks with relative depth (hand, shape of the picture)", HEAD]
