@@ -119,7 +119,7 @@ def run(job: Job) -> tuple[Job, Row]:
 def without_poses(model: Artifact, names: set[str]) -> Artifact:
     """A model in whose poses nothing leads that the trial shows, but for the flat hand in which all begin."""
     wanted = {pose: asked for pose, asked in model.manifest.wanted.items() if pose == "flat" or pose not in names}
-    return replace(model, manifest=replace(model.manifest, wanted=wanted))
+    return Artifact(replace(model.manifest, wanted=wanted), model.columns)
 
 
 def run_ik(job: Job, stream: Any, recording: Any) -> Row:
