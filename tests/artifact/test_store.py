@@ -114,7 +114,7 @@ def test_a_file_cut_anywhere_is_refused() -> None:
             read_artifact(FILE[:cut])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(place=st.integers(0, len(FILE) - 1), bit=st.integers(0, 7))
 def test_any_flipped_bit_is_refused(place: int, bit: int) -> None:
     damaged = bytearray(FILE)
@@ -127,7 +127,7 @@ def test_any_flipped_bit_is_refused(place: int, bit: int) -> None:
     assert write_artifact(again) == FILE
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(data=st.binary(max_size=400))
 def test_any_bytes_are_an_artifact_or_refused(data: bytes) -> None:
     with pytest.raises(ArtifactError):
@@ -145,7 +145,7 @@ JUNK = st.recursive(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     name=st.sampled_from([column.name for column in COLUMNS]),
     key=st.sampled_from(["dtype", "shape", "data_offsets"]),
@@ -160,7 +160,7 @@ def test_any_claim_of_a_header_is_checked(name: str, key: str, value: Any) -> No
         read_artifact(signed(header, body))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(key=st.sampled_from(sorted(json.loads(parts()[0]["__metadata__"]["gesturec"]))), value=JUNK)
 def test_any_manifest_is_the_formats_or_refused(key: str, value: Any) -> None:
     try:
@@ -170,7 +170,7 @@ def test_any_manifest_is_the_formats_or_refused(key: str, value: Any) -> None:
     again.machines()
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     column=st.sampled_from([column for column in COLUMNS if HAND.columns[column.name].size]),
     place=st.integers(0, 10**9),

@@ -147,7 +147,7 @@ def brute_states(drawn: Drawn, limb: int) -> list[tuple[float, ...]]:
     return found
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(bodies())
 def test_states_are_all_combinations_that_meet_every_constraint(drawn: Drawn) -> None:
     expansion = expand_model(lowered(drawn))
@@ -162,7 +162,7 @@ def test_states_are_all_combinations_that_meet_every_constraint(drawn: Drawn) ->
         assert np.allclose(angles, states, atol=1e-12)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(bodies())
 def test_transitions_are_all_pairs_that_a_step_allows(drawn: Drawn) -> None:
     artifact = expand_model(lowered(drawn)).artifact
@@ -188,7 +188,7 @@ def allowed(step: str, moves: list[int]) -> bool:
     return step == "any" or (max(moves) <= 1 if step == "adjacent" else sum(moves) <= 1)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(bodies())
 def test_relations_leave_what_filtering_the_flat_product_leaves(drawn: Drawn) -> None:
     artifact = expand_model(lowered(drawn)).artifact
@@ -219,7 +219,7 @@ def relation(artifact: Artifact, index: int) -> tuple[list[int], np.ndarray]:
     return machines, columns["relation_cost"][start : start + math.prod(shape)].reshape(shape)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(bodies())
 def test_templates_and_moments_are_those_of_forward_kinematics(drawn: Drawn) -> None:
     """Moments against a tensor rule of nine nodes a free joint on one state of each machine."""
@@ -249,7 +249,7 @@ def tensor_moments(chain: Any, tables: Any, n_free: int) -> tuple[np.ndarray, np
     return mean, (points - mean).T @ ((points - mean) * weights[:, None])
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(bodies(), st.integers(-60, 60), st.sampled_from(["forbid", "allow", "prefer"]))
 def test_rules_do_to_steps_what_they_say(drawn: Drawn, bound: int, kind: Any) -> None:
     """A rule on the first joint: `next - prev > bound`."""

@@ -161,7 +161,7 @@ def test_a_profile_that_is_not_there(tmp_path: Path) -> None:
     assert "unreadable-file" in [f.rule for f in found]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(data=st.data())
 def test_a_damaged_profile_never_raises(
     hand: Artifact, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

@@ -325,7 +325,7 @@ frames = st.lists(
 HELD_TWICE = {"repeat": {"held": 0, "least": 1.0, "most": None, "decided": "start"}, "least": 2, "most": 2}
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @example(HELD_TWICE, [[1, 0, 0]] * 5, 0.0)
 @given(shapes, frames, st.sampled_from([0.0, 1.0, 2.0]))
 def test_the_automaton_finds_what_a_search_finds(

@@ -31,7 +31,7 @@ WAYS: Final[dict[str, dict[str, Any]]] = {
 SAME: Final = 1e-9  # relative to what is compared: positions are double throughout
 # beliefs are float32 (6e-8 each), and a window of a hundred products and sums adds up to some 1e-5 of a probability
 ALIKE: Final = 1e-5
-few = settings(max_examples=2, deadline=None, suppress_health_check=list(HealthCheck))
+few = settings(max_examples=2, suppress_health_check=list(HealthCheck))
 numbers = st.floats(-1, 1)
 vectors = st.tuples(numbers, numbers, numbers).map(np.array)
 

@@ -166,7 +166,7 @@ def test_a_step_loses_nothing_and_its_transpose_is_backward(dt: float) -> None:
     np.testing.assert_allclose(recursion().backward(later, dt), expected / expected.max(), rtol=1e-9)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(seeds=st.lists(st.integers(0, 1000), min_size=2, max_size=4), dt=st.sampled_from([0.01, 0.04, 0.12]))
 def test_a_window_leans_as_the_posterior_over_all_paths_says(seeds: list[int], dt: float) -> None:
     filter_, step = recursion(), matrix(dt)

@@ -41,7 +41,7 @@ def robot(seed: int, n_joint: int, *, chain: bool = False) -> str:
     return "<robot>\n" + "\n".join(parts) + "\n</robot>"
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 10_000), st.integers(1, 7))
 def test_a_random_robot_moves_as_its_source_or_names_its_coupling(tmp_path: Path, seed: int, n_joint: int) -> None:
     text = robot(seed, n_joint)

@@ -27,7 +27,7 @@ def test_levenshtein_of_the_textbook_words() -> None:
     assert levenshtein(*(np.frombuffer(word, dtype=np.uint8).astype(np.int64) for word in (b"kitten", b"sitting"))) == 3
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a busy machine is no fault
+@settings(suppress_health_check=[HealthCheck.too_slow])  # a busy machine is no fault
 @given(st.lists(st.integers(0, 3), max_size=8), st.lists(st.integers(0, 3), max_size=8))
 def test_levenshtein_equals_its_recursive_definition(a: list[int], b: list[int]) -> None:
     def distance(i: int, j: int) -> int:

@@ -162,9 +162,7 @@ def look_at(written: Written, take: Simulation) -> None:
     assert np.abs(np.rad2deg(true) - np.array(frames)).max() <= 15 + 1e-6  # each angle is in its state's cell
 
 
-quick = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much]
-)
+quick = settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
 
 
 @quick

@@ -148,14 +148,14 @@ def follows(artifact: Artifact) -> Callable[[tuple[tuple[str, ...], float, float
     return check
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(paths(("standing", "walking", "double_support", "single_left", "single_right")))
 @example((("walking", "standing", "walking"), 5.0, 30.0))
 def test_any_path_of_gait_follows_the_transitions(gait: Artifact, drawn: tuple[tuple[str, ...], float, float]) -> None:
     follows(gait)(drawn)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(paths(("stand", "walk", "sit")))
 def test_any_path_of_dog_follows_the_transitions(dog: Artifact, drawn: tuple[tuple[str, ...], float, float]) -> None:
     follows(dog)(drawn)

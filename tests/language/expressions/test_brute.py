@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -166,7 +166,6 @@ def expected(written: str) -> list[Any]:
     return found
 
 
-@settings(deadline=None)
 @given(truths())
 @example("all(abs(a.mcp - b.mcp) <= 60 deg for a in fingers for b in fingers)")
 @example("index.mcp / middle.mcp > 2 and middle.mcp != 0")
@@ -187,7 +186,6 @@ def test_a_program_gives_what_the_second_reading_gives(written: str) -> None:
         assert got == wanted, (written, i)
 
 
-@settings(deadline=None)
 @given(numeric(angles(()), truths(deep=False)))
 def test_numbers_are_the_same_in_both_readings(written: str) -> None:
     findings = Findings()

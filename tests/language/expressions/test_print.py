@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import given
 
 from gesturec.diagnostics.source import Span
 from gesturec.language.expressions import tree
@@ -30,31 +30,26 @@ def shape(node: Any) -> Any:
     return tuple(map(shape, node)) if isinstance(node, tuple) else node
 
 
-@settings(deadline=None)
 @given(trees.expressions)
 def test_an_expression_is_read_as_it_was_printed(node: tree.Expr) -> None:
     assert shape(parse_expression(text_of(print_tree(node)))) == shape(node)
 
 
-@settings(deadline=None)
 @given(trees.intervals)
 def test_an_interval_is_read_as_it_was_printed(node: tree.Interval) -> None:
     assert shape(parse_interval(text_of(print_tree(node)))) == shape(node)
 
 
-@settings(deadline=None)
 @given(trees.tolerances)
 def test_a_tolerance_is_read_as_it_was_printed(node: tree.Tolerance) -> None:
     assert shape(parse_wanted(text_of(print_tree(node)))) == shape(node)
 
 
-@settings(deadline=None)
 @given(trees.arcs)
 def test_an_arc_is_read_as_it_was_printed(node: tree.Arc) -> None:
     assert shape(parse_arc(text_of(print_tree(node)))) == shape(node)
 
 
-@settings(deadline=None)
 @given(trees.patterns)
 def test_a_pattern_is_read_as_it_was_printed(node: tree.Pattern) -> None:
     assert shape(parse_gesture(text_of(print_tree(node)))) == shape(node)
