@@ -1,4 +1,4 @@
-"""docs/recordings.md says what is read: its files are read, its commands print what stands there, its tables are ours."""
+"""docs/recordings.md says what is read: its files are read, its commands print what it shows, its tables are ours."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_its_blocks_run_one_after_the_other(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pair").mkdir()
     told = blocks()
-    for language, text, name in told:
+    for _, text, name in told:
         if name is not None:
             Path(name).write_text(text, encoding="utf-8")
     assert len([name for *_, name in told if name]) == 7

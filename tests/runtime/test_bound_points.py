@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,24 @@ def test_a_given_binding_without_an_order_names_the_points(
     step = session.step(places, 0.0)
     assert (step.status, step.message, session.binding) == ("any", "", "given")
     assert step.pose is not None
+
+
+@pytest.mark.parametrize(
+    ("bind", "said"),
+    [
+        ({"tokens": PALM, "ordr": ["W"]}, "`given` has no key `ordr`; did you mean `order`?"),
+        ({"tokens": PALM, "uo": "y", "whose": 1}, "`given` has no key `uo`, `whose`; did you mean `up`?"),
+        ({"tokens": PALM, "whose": 1}, "`given` has no key `whose`; there is `order`, `tokens`, `up`"),
+        ({"tokns": PALM, "order": ["W"]}, "does not have: `tokns`, `order`; did you mean `tokens`?"),
+        ({"tokens": {"wrst": "W"}}, "does not have: `wrst`; did you mean `wrist`?"),
+    ],
+    ids=["a slip", "the first of two", "no slip", "the key of all tokens", "a token"],
+)
+def test_what_a_binding_has_no_place_for_is_refused_with_what_was_meant(
+    hand: Artifact, bind: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(ValueError, match=re.escape(said) + "$"):
+        Session(hand, bind=bind)
 
 
 def test_a_binding_that_was_asked_for_is_not_replaced_by_one_that_fits(hand: Artifact, places: dict[str, Any]) -> None:
