@@ -113,6 +113,10 @@ def _raise_unless_compiled(path: Path) -> None:
     """Say what else a name is that `load` was given: a model's source, or nothing at all."""
     if path.suffix.lower() in SOURCES and path.is_file():
         raise ArtifactError(f"`{path}` is a model's source in YAML: `gesturec.compile_model` takes it")
+    from gesturec.recordings.read import READERS
+
+    if path.suffix.lower() in READERS and path.is_file():
+        raise ArtifactError(f"`{path}` is no compiled model but a recording: `gesturec.read` takes it")
     if path.exists():
         return
     from gesturec.diagnostics.suggest import nearest

@@ -95,6 +95,8 @@ def _header(view: memoryview) -> tuple[dict[str, Any], int]:
         raise ArtifactError("no compiled model: it has fewer than 8 bytes")
     length = int.from_bytes(view[:8], "little")
     if length > min(MAX_HEADER, len(view) - 8):
+        if bytes(view[8:9]) != b"{":
+            raise ArtifactError("no compiled model: what stands in it is of another kind of file")
         raise ArtifactError(f"no compiled model, or cut: its header claims {length} of {len(view) - 8} bytes")
     try:
         text = bytes(view[8 : 8 + length]).decode("ascii")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from gesturec.cli.models import add_model_options, load_artifact
 from gesturec.cli.recordings import add_recording_options
-from gesturec.cli.usage import UsageError, count, lag, positive_length, scale
+from gesturec.cli.usage import UsageError, count, counted, lag, positive_length, scale
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
@@ -151,7 +151,8 @@ def _report(outcomes: list[Outcome], skipped: int, options: Namespace) -> None:
         for warning in warnings_of(outcome):
             print(warning, file=sys.stderr)
     if skipped:
-        print(f"{skipped} recordings were decoded already and left out (--resume)", file=sys.stderr)
+        was = "was" if skipped == 1 else "were"
+        print(f"{counted(skipped, 'recording')} {was} decoded already and left out (--resume)", file=sys.stderr)
 
 
 def summary_text(outcome: Outcome) -> str:
@@ -162,7 +163,7 @@ def summary_text(outcome: Outcome) -> str:
     sizes = summary.get("scales", {"": summary["scale"]})
     size = ", ".join(f"{name} {_size(value)}".strip() for name, value in sizes.items())
     noise = "unknown" if summary["noise"] is None else f"{1000 * summary['noise']:.3g} mm"
-    head = f"{outcome.recording}: {summary['frames']:,} frames, binding `{summary['binding']}`, "
+    head = f"{outcome.recording}: {counted(summary['frames'], 'frame')}, binding `{summary['binding']}`, "
     head += f"scale {size}, noise {noise}"
     rows: list[tuple[str, ...]] = [("  machine", "decided", "undecided", "misfit", "lost")]
     for name, shares in summary["machines"].items():
@@ -197,7 +198,7 @@ def warnings_of(outcome: Outcome) -> list[str]:
         return []
     take = outcome.recording
     if summary["misfit"]:
-        share = f"{summary['misfit_frames']:,} of {summary['frames']:,} frames"
+        share = f"{summary['misfit_frames']:,} of {counted(summary['frames'], 'frame')}"
         causes = "another body, the other hand (--set side=...), another unit (--units) or another binding (--bind)?"
         return [f"warning: MISFIT: {take} does not fit the model in {share}: {causes}"]
     if summary["machines"] and not any(shares["decided"] for shares in summary["machines"].values()):

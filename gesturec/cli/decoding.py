@@ -147,7 +147,7 @@ def decode_job(artifact: Artifact, job: Job, session: dict[str, Any], options: N
     except ValueError as error:
         raise InputError(str(error), job.recording) from error
     files = write_result(artifact, decoding, job, tracks=options.tracks)
-    return Outcome(job.recording, files, summarize(decoding, recording.notes))
+    return Outcome(job.recording, files, summarize(decoding, recording.notes, session.get("scale")))
 
 
 def write_result(artifact: Artifact, decoding: Decoding, job: Job, *, tracks: bool = False) -> list[str]:
@@ -187,8 +187,8 @@ def _write_form(
         write_events(decoding.events, stream)
 
 
-def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
-    """What came out, as plain data; shares of all frames."""
+def summarize(decoding: Decoding, notes: Sequence[str] = (), scale_told: float | None = None) -> dict[str, Any]:
+    """What came out, as plain data; shares of all frames. `scale_told` is the size that the user gave the body."""
     import numpy as np
 
     report = decoding.report
@@ -199,7 +199,10 @@ def summarize(decoding: Decoding, notes: Sequence[str] = ()) -> dict[str, Any]:
         said.append(f"not in the recording, so never seen: {some(report['unmatched'])}")
     if report["ignored_points"]:
         said.append(f"in the recording, but not in the binding: {some(report['ignored_points'])}")
-    if report["size_seen"] > ODD_SIZE or report["size_seen"] < 1 / ODD_SIZE:
+    if scale_told is not None and 2 * report["status"].get("pose-unknown", 0) > frames and report["size_seen"] > 0:
+        told = f"the points show {report['size_seen']:.3g} times the model's size"
+        said.append(f"{told}, and {scale_told:g} was told (--scale)")
+    elif report["size_seen"] > ODD_SIZE or report["size_seen"] < 1 / ODD_SIZE:
         times = f"{report['size_seen']:.3g} times the model's size"
         said.append(f"the points are {times}: are they in another unit (--units)?")
     if report["gestures_dropped"]:

@@ -12,7 +12,7 @@ from gesturec.cli.models import add_model_options, load_artifact
 from gesturec.cli.output import check_folder, text_output
 from gesturec.cli.progress import progress
 from gesturec.cli.recordings import add_recording_options, read_recording
-from gesturec.cli.usage import UsageError, count
+from gesturec.cli.usage import UsageError, count, counted
 from gesturec.diagnostics.errors import InputError
 
 if TYPE_CHECKING:
@@ -136,7 +136,7 @@ def _report(fit: Fit, options: Namespace) -> None:
         print(warning, file=sys.stderr)
     used = sum(take.used for take in profile.takes)
     noise = 1e3 * fit.adjusted.noise
-    told = f"{len(profile.joints)} joints and {len(profile.tokens)} tokens placed from {used:,} frames"
+    told = f"{len(profile.joints)} joints and {len(profile.tokens)} tokens placed from {counted(used, 'frame')}"
     print(
         f"{profile.model}: size {profile.scale:.4g}, {told}, noise {noise:.2g} mm -> {options.output}",
         file=stream,

@@ -10,6 +10,7 @@ from typing import Any
 
 from gesturec.cli.models import add_model_options, is_model, load_artifact
 from gesturec.cli.recordings import add_recording_options, read_recording
+from gesturec.cli.usage import counted
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -87,7 +88,10 @@ def _show_model(facts: dict[str, Any]) -> str:
 
 def _show_recording(facts: dict[str, Any]) -> str:
     """A recording's facts as text."""
-    lines = [facts["name"], f"{facts['frames']:,} frames, {len(facts['points'])} points, {facts['duration']:.6g} s"]
+    lines = [
+        facts["name"],
+        f"{counted(facts['frames'], 'frame')}, {counted(len(facts['points']), 'point')}, {facts['duration']:.6g} s",
+    ]
     rate = "unknown" if facts["rate"] is None else f"{facts['rate']:.6g} Hz"
     lines.append(f"rate {rate}, up {facts['up'] or 'not stated'}")
     lines.append(_show_times(facts["times"]))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from gesturec.cli.models import add_model_options, load_artifact
 from gesturec.cli.output import binary_output, check_folder, text_output
-from gesturec.cli.usage import UsageError, length, positive, positive_duration, positive_length
+from gesturec.cli.usage import UsageError, counted, length, positive, positive_duration, positive_length
 
 if TYPE_CHECKING:
     from gesturec.artifact.artifact import Artifact
@@ -71,7 +71,7 @@ def run(options: Namespace) -> int:
         facts = {"frames": frames, "points": points, "files": written}
         print(json.dumps(facts, indent=2), file=sys.stderr if options.output == "-" else sys.stdout)
     elif options.output != "-":
-        print(f"{frames:,} frames of {points} points -> {', '.join(written)}")
+        print(f"{counted(frames, 'frame')} of {counted(points, 'point')} -> {', '.join(written)}")
     return 0
 
 

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gesturec.cli.models import add_model_options, load_artifact
+from gesturec.cli.usage import counted
 
 if TYPE_CHECKING:
     from gesturec.modeltests.run import Outcome
@@ -66,4 +67,6 @@ def _line(outcome: Outcome) -> str:
         "" if outcome.within_level != outcome.within_level else f"{100 * outcome.within_level:.1f} % within one level"
     )
     said = ": ".join(part for part in (outcome.status, outcome.why) if part)
-    return f"{outcome.name} (line {outcome.line}): {said}" + (f" [{outcome.frames} frames, {share}]" if share else "")
+    return f"{outcome.name} (line {outcome.line}): {said}" + (
+        f" [{counted(outcome.frames, 'frame')}, {share}]" if share else ""
+    )

@@ -12,6 +12,7 @@ from gesturec.artifact.units import METRES
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3, "min": 60.0}
 QUANTITY: Final = re.compile(r"\s*(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-z]*)\s*")
+NEGATIVE: Final = re.compile(r"-\.?\d.*")
 SIDE: Final = re.compile(r"\s*(?:\d{1,9}(?:\.\d{0,9})?|\.\d{1,9})\s*")
 
 MOST_NOISE: Final = 0.1  # m: a camera that is off by more cannot see a body's parts; the unit was forgotten
@@ -30,7 +31,11 @@ class Once(Action):
 
 
 class CommandParser(ArgumentParser):
-    """A parser whose `-o` is given once, unless a command says that it takes several."""
+    """A parser whose `-o` is given once, unless a command takes several; to it `-1s` is a value and no option."""
+
+    def __init__(self, *arguments: Any, **more: Any) -> None:
+        super().__init__(*arguments, **more)
+        self._negative_number_matcher = NEGATIVE  # argparse has no other way to say what a negative value looks like
 
     def add_argument(self, *names: Any, **more: Any) -> Action:
         """As argparse's."""
@@ -110,7 +115,10 @@ def share(text: str) -> float:
 
 def positive_duration(text: str) -> float:
     """A time above zero."""
-    return _positive(duration(text), text)
+    seconds = duration(text)
+    if not 0 < seconds < math.inf:
+        raise ArgumentTypeError(f"`{text}` is not positive, as a duration is")
+    return seconds
 
 
 def positive(text: str) -> float:
@@ -123,6 +131,15 @@ def count(text: str) -> int:
     if not text.isascii() or not text.isdigit() or int(text) < 1:
         raise ArgumentTypeError(f"`{text}` is not a whole number above zero")
     return int(text)
+
+
+def counted(number: int, noun: str) -> str:
+    """A count with its noun.
+
+    >>> counted(1, "frame"), counted(1200, "frame")
+    ('1 frame', '1,200 frames')
+    """
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
 def scale(text: str) -> float | None:

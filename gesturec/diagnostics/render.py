@@ -101,6 +101,9 @@ def draw_snippets(diagnostic: Diagnostic, span: Span, gutter: int) -> list[str]:
     lines: list[str] = []
     for number, group in enumerate(by_source.values()):
         arrow = "-->" if number == 0 else ":::"
+        if not group[0].span.source.text:  # nothing was read: the name alone is the place
+            lines.append(f"{'':>{gutter}}{arrow} {group[0].span.source.name}")
+            continue
         lines.append(f"{'':>{gutter}}{arrow} {place(group[0].span)}")
         lines += [f"{'':>{gutter}} |", *draw_marks(group, gutter)]
     return lines

@@ -31,6 +31,7 @@ UNDISTORT_STEPS: Final = 20
 
 DISTORTION_COUNTS: Final = (0, 4, 5, 8)
 
+RIG_KEYS: Final = ("units", "rate", "cameras")
 CAMERA_KEYS: Final = ("image_size", "fx", "fy", "cx", "cy", "distortion", "R", "t")
 
 
@@ -91,12 +92,17 @@ def load_rig(path: str | Path) -> Rig:
     document = load_plain_yaml(path)
     if not isinstance(document, dict) or not isinstance(document.get("cameras"), dict):
         raise InputError("a rig is a mapping with `units` and `cameras`", path)
+    unknown = [key for key in document if key not in RIG_KEYS and not key.startswith("x-")]
+    if unknown:
+        raise InputError(f"a rig has no key `{unknown[0]}` (keys: {', '.join(RIG_KEYS)})", path)
     cameras = document["cameras"]
     assert isinstance(cameras, dict)
     if not 2 <= len(cameras) <= MAX_CAMERAS:
         raise InputError(f"a rig has 2 to {MAX_CAMERAS} cameras, not {len(cameras)}", path)
     metres = _units(document, path)
     rate = None if "rate" not in document else float(_numbers(document["rate"], (), "rate", path))
+    if rate is not None and rate <= 0:
+        raise InputError(f"`rate` must be a positive number, not `{rate:g}`", path)
     return Rig(tuple(_camera(name, entry, metres, path) for name, entry in cameras.items()), rate)
 
 

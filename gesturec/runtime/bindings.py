@@ -18,10 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gesturec.artifact.manifest import UPWARDS, WEIGHT_SUM_TOLERANCE
+from gesturec.diagnostics.suggest import did_you_mean
 
 Array = NDArray[np.float64]
 Weights = dict[str, float]
 OWN_NAMES: Final = "own names"
+KEYS: Final = ("tokens", "order", "up")  # of a mapping that says more than tokens
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,10 @@ def plan_rows(used: Plan, tokens: Sequence[str]) -> Plan:
 
 def candidate_bindings(manifest: Any) -> list[Binding]:
     """The model's own names, then its bindings."""
-    declared = [parse_binding(str(b["name"]), b, manifest.tokens) for b in manifest.bindings]
+    declared = [
+        parse_binding(str(b["name"]), {key: b[key] for key in KEYS if key in b}, manifest.tokens)
+        for b in manifest.bindings
+    ]
     return [own_binding(manifest), *declared]
 
 
@@ -149,14 +154,22 @@ def parse_binding(name: str, given: Mapping[str, Any], tokens: Sequence[str]) ->
     entries = given["tokens"] if whole else given
     if not isinstance(entries, Mapping):
         entries = {token: token for token in entries}
-    unknown = [token for token in entries if token not in tokens]
-    if unknown:
-        raise ValueError(f"binding `{name}` names tokens that the model does not have: {_some(unknown)}")
+    if whole:
+        _refuse_unknown([key for key in given if key not in KEYS], f"binding `{name}` has no key", KEYS)
+    told = f"binding `{name}` names tokens that the model does not have:"
+    _refuse_unknown([t for t in entries if t not in tokens], told, tokens if whole else (*tokens, *KEYS))
     up = given.get("up") if whole else None
     if up is not None and up not in UPWARDS:
         raise ValueError(f"binding `{name}`: `up` is `{up}`, which is none of {', '.join(UPWARDS)}")
     order = tuple(str(n) for n in (given.get("order") or ())) if whole else ()
     return Binding(name, {str(k): _weights(name, str(k), v) for k, v in entries.items()}, order, up)
+
+
+def _refuse_unknown(unknown: Sequence[Any], told: str, known: Sequence[str]) -> None:
+    """ValueError with the names that nothing knows, and what the first of them may have been meant to be."""
+    if unknown:
+        help = did_you_mean(str(unknown[0]), known)
+        raise ValueError(f"{told} {_some(unknown)}" + (f"; {help}" if help else ""))
 
 
 def plan(binding: Binding, tokens: Sequence[str], names: Sequence[str]) -> Plan:

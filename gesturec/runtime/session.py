@@ -46,6 +46,7 @@ POSE_DEPTH: Final = 2  # frames whose poses later ones still improve; beyond, wh
 ASYMMETRY: Final = 1e-6  # of a covariance's largest entry: what storing it in single precision leaves
 LATEST: Final = 1e12  # s, either way: thirty thousand years; squares of what is between stay numbers
 FARTHEST: Final = 1e6  # m; a coordinate beyond is no measurement, and its square would overflow
+MOST_IGNORED: Final = 1000  # names of points of no use that are kept; a stream may make up new ones in every frame
 
 
 class InputRefused(Exception):
@@ -245,6 +246,7 @@ class Session:
         else:
             names, rows = None, _rows(points)
         used = self._plan_for(names, len(rows))
+        self._count_ignored(used.ignored)
         measured = used.apply(rows)
         measured[~(seen_rows(measured) & (np.abs(measured) < FARTHEST).all(1))] = np.nan
         bound = np.zeros(self.body.n_token, dtype=bool)
@@ -257,10 +259,19 @@ class Session:
     def _start_binding(self) -> None:
         """What is known of the points' names before any came; ValueError for a binding that there is not."""
         manifest, names = self.artifact.manifest, self.options.names
+        self.ignored_points: Counter[str] = Counter()  # name -> frames in which the binding had no use for it
         self._asked: Binding | None = asked_binding(manifest, self.options.bind)
         known = names if names is not None or self._asked is None else self._asked.order or None
         self.plan: Plan | None = None if known is None else resolve_binding(manifest, self.options.bind, known)
         self._rows: Plan | None = self.plan  # of points that come as arrays
+
+    def _count_ignored(self, names: Sequence[str]) -> None:
+        """Count points that nothing uses, by name too while there is room for it."""
+        if names:
+            self.counts["ignored_points"] += len(names)
+            room = MOST_IGNORED - len(self.ignored_points)
+            new = [name for name in names if name not in self.ignored_points]
+            self.ignored_points.update(set(names).difference(new[room:]))
 
     def _no_points(self) -> Points:
         """A frame in which nothing was tracked."""

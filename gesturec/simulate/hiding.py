@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 FORM: Final = re.compile(r"(?P<name>[^@]+)(?:@(?P<start>[0-9.]+)-(?P<end>[0-9.]+))?")
 
+MOST_MEANT: Final = 6  # full names that a mistake is answered with
+
 
 class Hidden(NamedTuple):
     """Tokens that are not seen from `start` to `end` (s), both included."""
@@ -58,9 +60,19 @@ def tokens_of(name: str, manifest: Manifest) -> tuple[str, ...]:
         return tuple(token for member in manifest.groups[name] for token in tokens_of(member, manifest))
     found = tuple(token for token in manifest.tokens if token.startswith(f"{name}."))
     if not found:
-        hint = nearest(name, (*manifest.tokens, *manifest.limbs, *manifest.groups))
-        raise InputError(f"the model has no token `{name}`" + (f"; did you mean `{hint}`?" if hint else ""), "--hide")
+        raise InputError(f"the model has no token `{name}`{_meant(name, manifest)}", "--hide")
     return found
+
+
+def _meant(name: str, manifest: Manifest) -> str:
+    """What a name that is none may have been meant to be: full names whose last part it is, else the nearest."""
+    known = (*manifest.tokens, *manifest.limbs, *manifest.groups)
+    full = [each for each in known if each.endswith(f".{name}")]
+    if full:
+        more = f" and {len(full) - MOST_MEANT} more" if len(full) > MOST_MEANT else ""
+        return f"; its full name is {' or '.join(f'`{each}`' for each in full[:MOST_MEANT])}{more}"
+    hint = nearest(name, known)
+    return f"; did you mean `{hint}`?" if hint else ""
 
 
 def hide(

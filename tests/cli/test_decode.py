@@ -187,7 +187,7 @@ def test_resume_leaves_out_what_is_done(folder: Path, capsys: Capture) -> None:
     (folder / "outs" / "more.states.csv").unlink()
     capsys.readouterr()
     assert main(arguments) == 0
-    assert "1 recordings were decoded already" in capsys.readouterr().err
+    assert "1 recording was decoded already" in capsys.readouterr().err
     assert done.read_text(encoding="utf-8") == "kept"
     assert (folder / "outs" / "more.states.csv").is_file()
 

@@ -146,6 +146,8 @@ def test_a_folder_without_a_rig_or_with_one_table_is_refused(tmp_path: Path, rig
     ("before", "after", "message"),
     [
         ("cameras:", "kameras:", "a mapping with"),
+        ("units: {length", "unts: {length", "a rig has no key `unts`"),
+        ("rate: 25", "rate: -25", "`rate` must be a positive number"),
         ("length: mm", "length: parsec", "`units` must be"),
         ("fx: 1000, ", "", "`left` has no key `fx`"),
         ("fx: 1000, ", "fx: 1000, fz: 3, ", "unknown key `fz`"),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
 from gesturec.artifact.artifact import Artifact
-from gesturec.runtime.session import Session
+from gesturec.runtime.session import MOST_IGNORED, Session
 from tests.runtime.conftest import make_take
 
 PALM = {"wrist": "W", "index_base": "I", "middle_base": "M", "little_base": "L"}
@@ -36,6 +37,24 @@ def test_a_given_binding_without_an_order_names_the_points(
     assert step.pose is not None
 
 
+@pytest.mark.parametrize(
+    ("bind", "said"),
+    [
+        ({"tokens": PALM, "ordr": ["W"]}, "`given` has no key `ordr`; did you mean `order`?"),
+        ({"tokens": PALM, "uo": "y", "whose": 1}, "`given` has no key `uo`, `whose`; did you mean `up`?"),
+        ({"tokens": PALM, "whose": 1}, "`given` has no key `whose`; there is `order`, `tokens`, `up`"),
+        ({"tokns": PALM, "order": ["W"]}, "does not have: `tokns`, `order`; did you mean `tokens`?"),
+        ({"tokens": {"wrst": "W"}}, "does not have: `wrst`; did you mean `wrist`?"),
+    ],
+    ids=["a slip", "the first of two", "no slip", "the key of all tokens", "a token"],
+)
+def test_what_a_binding_has_no_place_for_is_refused_with_what_was_meant(
+    hand: Artifact, bind: dict[str, Any], said: str
+) -> None:
+    with pytest.raises(ValueError, match=re.escape(said) + "$"):
+        Session(hand, bind=bind)
+
+
 def test_a_binding_that_was_asked_for_is_not_replaced_by_one_that_fits(hand: Artifact, places: dict[str, Any]) -> None:
     mixed = {"wrist": "little_base", "little_base": "wrist", "index_base": "I"}
     session = Session(hand, bind={"tokens": mixed})
@@ -46,6 +65,27 @@ def test_a_binding_that_was_asked_for_is_not_replaced_by_one_that_fits(hand: Art
     session.finish()
     session.step(points, 0.0)
     assert session.binding == "given"
+
+
+def test_names_that_the_binding_does_not_know_are_counted(hand: Artifact, places: dict[str, Any]) -> None:
+    session = Session(hand, bind=PALM)
+    session.step(places, 0.0)
+    assert (session.counts["ignored_points"], dict(session.ignored_points)) == (0, {})
+    step = session.step({**places, "Wirst": (0, 0, 0), "hat": (0, 0, 1)}, 0.04)
+    assert (step.status, step.message) == ("any", "")
+    session.step({**places, "hat": (0, 0, 1)}, 0.08)
+    assert session.ignored_points == {"Wirst": 1, "hat": 2}
+    assert session.counts["ignored_points"] == 3
+    session.finish()
+    assert session.ignored_points["hat"] == 2
+
+
+def test_names_without_end_are_counted_and_not_all_kept(hand: Artifact, places: dict[str, Any]) -> None:
+    session = Session(hand, bind=PALM)
+    for frame in range(12):
+        session.step({**places, **{f"{frame}.{n}": (0, 0, 0) for n in range(100)}}, frame / 25)
+    assert session.counts["ignored_points"] == 1200
+    assert len(session.ignored_points) == MOST_IGNORED
 
 
 def test_bare_rows_of_a_binding_without_an_order_are_refused_in_words(hand: Artifact) -> None:

@@ -108,7 +108,7 @@ def wheel_arcs(source: Ints, target: Ints, at: Floats, place: Floats) -> tuple[I
     lines = [*zip(source[along].tolist(), target[along].tolist(), strict=True)]
     inside = (order[source] < 0) & (order[target] < 0)
     lines += zip(source[inside].tolist(), target[inside].tolist(), strict=True)
-    wedges = []
+    wedges: dict[tuple[int, ...], Shape] = {}  # by the state and the run: moves go both ways along one
     for state in np.flatnonzero(order < 0).tolist():
         inwards = [(run, True) for run in _runs(source[(target == state) & (order[source] >= 0)], order)]
         outwards = [(run, False) for run in _runs(target[(source == state) & (order[target] >= 0)], order)]
@@ -116,9 +116,9 @@ def wheel_arcs(source: Ints, target: Ints, at: Floats, place: Floats) -> tuple[I
             shown = run if len(run) < SHORTEST_WEDGE else [run[len(run) // 2]]
             lines += [(other, state) if inward else (state, other) for other in shown]
             if len(run) >= SHORTEST_WEDGE:
-                wedges.append(_wedge(place[state], place[run]))
+                wedges[state, *run] = _wedge(place[state], place[run])
     pairs = np.array(lines, np.int64).reshape(-1, 2)
-    return pairs[:, 0], pairs[:, 1], tuple(wedges)
+    return pairs[:, 0], pairs[:, 1], tuple(wedges.values())
 
 
 def _runs(states: Ints, order: Ints) -> list[list[int]]:

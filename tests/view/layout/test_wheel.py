@@ -70,3 +70,14 @@ def test_an_open_path_leaves_a_gap_between_its_ends() -> None:
     place, *_ = wheel(at, tuple(map(str, range(21))), (PhaseSpan("all", 0, 1),), closed=False)
     steps = np.linalg.norm(np.diff(place, axis=0), axis=1)
     assert np.linalg.norm(place[0] - place[-1]) > 2 * steps.max()
+
+
+def test_a_wedge_that_moves_go_both_ways_along_is_drawn_once() -> None:
+    at = np.array([0.0, 0.2, 0.4, 0.6, 0.8, np.nan])  # five samples and a state of the hub
+    place = np.zeros((6, 2))
+    samples, hub = np.array([0, 1, 2]), np.full(3, 5)
+    source, target, wedges = wheel_arcs(np.concatenate([samples, hub]), np.concatenate([hub, samples]), at, place)
+    assert len(wedges) == 1
+    assert sorted(zip(source.tolist(), target.tolist(), strict=True)) == [(1, 5), (5, 1)]
+    *_, apart = wheel_arcs(np.array([0, 1, 2, 5, 5, 5]), np.array([5, 5, 5, 2, 3, 4]), at, place)
+    assert len(apart) == 2
