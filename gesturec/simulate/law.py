@@ -78,6 +78,7 @@ class Law:
     dt: float
     most: tuple[int, ...]
     _reached: dict[tuple[int, int], Mask] = field(default_factory=dict)
+    _rests: dict[tuple[tuple[int, ...], States], bool] = field(default_factory=dict)
     _ruled: dict[tuple[int, States, States, int], Mask] = field(default_factory=dict)
 
     def reached(self, machine: int, state: int) -> Mask:
@@ -123,6 +124,15 @@ class Law:
         loops = [int((graph.source == graph.target).sum()) for graph in self.body.graphs]
         restless = [m for m, graph in enumerate(self.body.graphs) if loops[m] < len(graph.low) and not graph.rounds_up]
         return [*rules, *(Stay(self, (machine,)) for machine in restless)]
+
+    def may_rest(self, machines: Sequence[int], states: Sequence[int]) -> bool:
+        """Whether some machines may stay in their states from one sample to the next."""
+        key = tuple(machines), tuple(states)
+        if key not in self._rests:
+            still = np.zeros((2, len(self.body.machines)), np.int64)
+            still[:, list(machines)] = states
+            self._rests[key] = next(self.wrongs(still, machines), None) is None
+        return self._rests[key]
 
     def within(self, machines: Sequence[int]) -> list[Said]:
         """What is said of some machines alone; of steps only where each of them makes one."""

@@ -85,7 +85,10 @@ def refuse_wrong(law: Law, keys: Keys, time: Array, state: Ids) -> None:
 
 
 def as_far_as(law: Law, start: list[int], end: list[int], duration: float) -> list[int]:
-    """Where a leg of some time ends that goes towards a joint state: there, or as far along the way as time allows."""
+    """Where a leg of some time ends that goes towards a joint state.
+
+    There, or as far along the way as time allows and where it may be rested: a rule may let a state be only passed.
+    """
     reached, stepping = list(end), [m for m, tables in enumerate(law.body.machines) if tables.kind not in GOING]
     corners = np.array([angles_of(law.artifact, states) for states in (start, end)])
     for company in tied_machines(law, stepping):
@@ -95,7 +98,8 @@ def as_far_as(law: Law, start: list[int], end: list[int], duration: float) -> li
         wrong = next(finer.wrongs(straight.state, company), None)
         if wrong is not None or _moves_together(law, (start, end), company):
             way = _way_if_any(finer, company, *([states[m] for m in company] for states in (start, end)))
-            last = way[min(len(way) - 1, int((1 - 2 * REST_SHARE) * duration / finer.dt))]
+            farthest = min(len(way) - 1, int((1 - 2 * REST_SHARE) * duration / finer.dt))
+            last = next((each for each in way[farthest::-1] if finer.may_rest(company, each)), way[0])
             for machine, state in zip(company, last, strict=True):
                 reached[machine] = state
     return reached

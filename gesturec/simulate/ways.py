@@ -56,11 +56,21 @@ class Node(NamedTuple):
 def way_of(law: Law, machines: Sequence[int], start: Sequence[int], end: Sequence[int]) -> list[States] | None:
     """Joint states (of `machines`) from `start` to `end`, both included; None where the law allows no way.
 
+    A way is gone smoothly, so its states are stayed in: one through states that may only be passed is the last resort.
+
     Raises
     ------
     LimitError
         None was found among `MOST_TRIED`.
     """
+    calm = _searched(law, machines, start, end, True) if law.resting() else None
+    return calm if calm is not None else _searched(law, machines, start, end, False)
+
+
+def _searched(
+    law: Law, machines: Sequence[int], start: Sequence[int], end: Sequence[int], is_calm: bool
+) -> list[States] | None:
+    """A shortest way; `is_calm`: through states that may be rested in alone."""
     search = Search(law, tuple(machines), [distances(law, m, e) for m, e in zip(machines, end, strict=True)])
     goal, order, tried = tuple(end), count(), 0
     first = Node(tuple(start), (), 0.0, 0)
@@ -77,6 +87,8 @@ def way_of(law: Law, machines: Sequence[int], start: Sequence[int], end: Sequenc
         for following in search.following(node):
             tried += 1
             estimate = search.estimate(following)
+            if is_calm and not following.chosen and not law.may_rest(machines, following.before):
+                continue
             if np.isfinite(estimate[0]) and not (not following.chosen and following.before in came):
                 heappush(waiting, (*estimate, -next(order), following, node.before))
         if tried > MOST_TRIED:

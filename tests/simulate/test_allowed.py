@@ -178,6 +178,31 @@ def test_a_random_take_does_nothing_that_is_forbidden(written: Written, seed: in
     look_at_take(written, SimulateOptions(duration=3, rate=25, seed=seed), refused="leave no room")
 
 
+def test_a_random_leg_does_not_end_where_a_rule_lets_no_body_rest() -> None:
+    """The second arm may pass below the first, which the rule forbids to stay."""
+    arms = """gesturec: 1
+name: body
+units: {length: mm, angle: deg}
+root: {name: base, tokens: {ra: [0, 0, 0], rb: [100, 0, 0], rc: [0, 100, 0]}}
+templates:
+  arm:
+    chain:
+      - {joint: p, axis: z, levels: [0, 30, 60, 90]}
+      - {token: tip, at: [80, 0, 0]}
+limbs:
+  one: {template: arm}
+  two: {template: arm}
+  three: {template: arm}
+transitions:
+  rules: [{name: above, forbid: next.one.p > prev.two.p}]
+  exclusive: [one, two, three]
+"""
+    for seed in range(6):
+        truth = simulate(compiled(arms), SimulateOptions(duration=3, rate=25, seed=seed)).truth
+        one, two, _ = truth.state.T
+        assert (one[1:] <= two[:-1]).all()
+
+
 @quick
 @given(models(), st.tuples(*[st.integers(0, 3)] * 3))
 def test_a_pose_is_the_nearest_of_all_joint_states_that_are_allowed(written: Written, before: tuple[int, ...]) -> None:
