@@ -197,8 +197,10 @@ transitions:
   rules: [{name: above, forbid: next.one.p > prev.two.p}]
   exclusive: [one, two, three]
 """
+    artifact, _ = compile_stages(Source("body.yaml", arms))
+    assert artifact is not None
     for seed in range(6):
-        truth = simulate(compiled(arms), SimulateOptions(duration=3, rate=25, seed=seed)).truth
+        truth = simulate(artifact, SimulateOptions(duration=3, rate=25, seed=seed)).truth
         one, two, _ = truth.state.T
         assert (one[1:] <= two[:-1]).all()
 
