@@ -135,3 +135,12 @@ def test_a_warning_about_a_pose_leaves_it_as_it_is() -> None:
     artifact, findings = compile_stages(Source("lamp.yaml", text))
     assert [finding.rule for finding in findings] == ["replaced-entry"]
     assert artifact is not None and set(artifact.manifest.poses) == {"arm.folded", "arm.up", "away", "torch"}
+
+
+def test_a_name_whose_own_mistake_is_told_is_still_suggested() -> None:
+    wrong = LAMP.replace("up: {lift: 90, elbow: 0}", "up: {lfit: 90, elbow: 0}").replace(
+        "away -> torch", "away -> arm.upp"
+    )
+    found = {finding.rule: finding for finding in findings_of(Source("lamp.yaml", wrong))}
+    assert found["unknown-joint"].help == "did you mean `lift`?"
+    assert found["unknown-name"].help == "did you mean `up`?"

@@ -162,7 +162,8 @@ class Patterns:
         """The finding for a name that is not there; what is suggested may stand in a pattern."""
         words = tuple(name.text for name in node.names)
         before = words[: symbol.position]
-        known = [word for word in symbol.known if may_stand(place.resolve((*before, word))) or word == "still"]
+        found = {word: place.resolve((*before, word)) for word in symbol.known}
+        known = [w for w, each in found.items() if may_stand(each) or isinstance(each, scope.Hole) or w == "still"]
         name = node.names[symbol.position]
         self.findings.report(symbol.rule, symbol.message, name.span, "", symbol.help or did_you_mean(name.text, known))
 
