@@ -180,23 +180,13 @@ def test_a_random_take_does_nothing_that_is_forbidden(written: Written, seed: in
 
 def test_a_random_leg_does_not_end_where_a_rule_lets_no_body_rest() -> None:
     """The second arm may pass below the first, which the rule forbids to stay."""
-    arms = """gesturec: 1
-name: body
-units: {length: mm, angle: deg}
-root: {name: base, tokens: {ra: [0, 0, 0], rb: [100, 0, 0], rc: [0, 100, 0]}}
-templates:
-  arm:
-    chain:
-      - {joint: p, axis: z, levels: [0, 30, 60, 90]}
-      - {token: tip, at: [80, 0, 0]}
-limbs:
-  one: {template: arm}
-  two: {template: arm}
-  three: {template: arm}
-transitions:
+    arms = (
+        HEAD
+        + """transitions:
   rules: [{name: above, forbid: next.one.p > prev.two.p}]
   exclusive: [one, two, three]
 """
+    )
     artifact, _ = compile_stages(Source("body.yaml", arms))
     assert artifact is not None
     for seed in range(6):
